@@ -1,0 +1,22 @@
+//! What are the formulas of indirect illumination, written so that a CPU and a GPU give the same bits?
+//!
+//! Every kernel is a plain function on `f32`, `u32` and glam vectors: pure, total, without allocation.
+//! Compiled natively it gives the *strict* result; compiled by rust-gpu it gives the same bits when the
+//! float operations carry `NoContraction` (the `strict` modules of `twinlight-gpu` do).
+//!
+#![no_std]
+#![forbid(unsafe_code)]
+// Spelled-out comparisons define what NaN does; the suggested forms do not or compile to other code on a GPU.
+#![allow(clippy::manual_clamp, clippy::neg_cmp_op_on_partial_ord)]
+// Indices: iterators over slices do not compile to SPIR-V.
+#![allow(clippy::needless_range_loop)]
+
+#[cfg(any(test, all(feature = "std", not(target_arch = "spirv"))))]
+extern crate std;
+
+pub mod cone;
+pub mod gaussian;
+pub mod geometry;
+pub mod math;
+pub mod sampling;
+pub mod sh;
