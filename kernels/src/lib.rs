@@ -14,9 +14,15 @@
 #[cfg(any(test, all(feature = "std", not(target_arch = "spirv"))))]
 extern crate std;
 
+pub use bytemuck;
+
+#[macro_use]
+pub mod layout;
+
 pub mod cone;
 pub mod gaussian;
 pub mod geometry;
 pub mod math;
+pub mod passes;
 pub mod sampling;
 pub mod sh;

@@ -1,1 +1,3 @@
-//! Placeholder.
+//! Where do rays, discs, boxes, triangles and voxels meet?
+
+pub mod bvh;

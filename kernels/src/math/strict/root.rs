@@ -60,10 +60,10 @@ fn residual(m: f32, s: f32) -> f32 {
     (m - p) - e
 }
 
-/// Returns 1/√x: 1.49 ULP; x < 2⁻¹²⁶ counts as 2⁻¹²⁶ so that the result stays finite.
+/// Returns 1/√x: 1.49 ULP; x < 2⁻¹²⁶ and NaN count as 2⁻¹²⁶ so that the result stays finite.
 #[inline]
 pub fn rsqrt(x: f32) -> f32 {
-    let x = if x < f32::MIN_POSITIVE { f32::MIN_POSITIVE } else { x };
+    let x = if x >= f32::MIN_POSITIVE { x } else { f32::MIN_POSITIVE };
     let s = sqrt(x);
     crate::math::recip(s)
 }

@@ -1,0 +1,3 @@
+//! Which work items run over buffers?
+
+pub mod scene;
