@@ -1,0 +1,140 @@
+//! Which passes exist? The one list that entry points, dispatchers, bindings, tests and benchmarks follow.
+
+use crate::layout::{Element, Field};
+
+/// Calls `callback!` with every pass.
+///
+/// Each entry reads `shape name(Params; binding input: Element, …) -> binding output: Element, tolerance;` where
+/// `tolerance` says how far the *fast* GPU result may lie from the strict one. Adding a pass is a function and a
+/// parameter struct in this folder, a re-export in `passes/mod.rs`, and one line here.
+#[macro_export]
+macro_rules! for_each_pass {
+    ($callback:ident) => {
+        $callback! {
+            /// Elementary functions over arrays.
+            map evaluate_elementary(ElementaryParams; 1 x: f32, 2 y: f32) -> 3 values: f32,
+                Tolerance::Relative { relative: 2e-3, absolute: 3e-4, flips: 0.05 };
+            /// Sizes and offsets of the buffer elements.
+            map report_layout(LayoutParams;) -> 1 words: u32, Tolerance::Exact;
+            /// Sums of blocks of counts.
+            map block_sums(ScanParams; 1 values: u32) -> 2 sums: u32, Tolerance::Exact;
+            /// Exclusive scan within blocks.
+            map scan_blocks(ScanParams; 1 values: u32) -> 2 within: u32, Tolerance::Exact;
+            /// Exclusive scan over all blocks.
+            map add_block_offsets(ScanParams; 1 within: u32, 2 offsets: u32) -> 3 scanned: u32, Tolerance::Exact;
+            /// Indices of the items that carry a flag.
+            scatter compact_indices(CompactParams; 1 flags: u32, 2 places: u32) -> 3 indices: u32, Tolerance::Exact;
+            /// Histogram of a digit per block of keys.
+            scatter count_digits(DigitParams; 1 items: u32) -> 2 counts: u32, Tolerance::Exact;
+            /// Stable placement by a digit.
+            scatter place_by_digit(DigitParams; 1 items: u32, 2 offsets: u32) -> 3 sorted: u32, Tolerance::Exact;
+            /// Sums of eight vectors as a binary tree.
+            map reduce_sum(ReduceParams; 1 values: Vec4) -> 2 sums: Vec4,
+                Tolerance::Relative { relative: 1e-6, absolute: 1e-6, flips: 0.0 };
+        }
+    };
+}
+
+/// How work items write their output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// One value at the item's own index.
+    Map,
+    /// Integer accumulation anywhere.
+    Scatter,
+}
+
+/// How far the fast GPU result of a pass may lie from the strict one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tolerance {
+    /// The same bits (±0 equal): integer passes.
+    Exact,
+    /// Each float within `relative`·|strict| + `absolute`, but for a share `flips` of the elements.
+    Relative {
+        /// Allowed relative difference.
+        relative: f32,
+        /// Allowed absolute difference.
+        absolute: f32,
+        /// Share of elements that may differ by any amount because a comparison went the other way.
+        flips: f32,
+    },
+}
+
+/// What binds to one binding of a pass.
+#[derive(Clone, Copy, Debug)]
+pub struct BindingInfo {
+    /// Binding number in descriptor set 0; binding 0 is the [`super::Launch`] block.
+    pub binding: u32,
+    /// The argument's name.
+    pub name: &'static str,
+    /// The element type's name.
+    pub element: &'static str,
+    /// Bytes of one element.
+    pub stride: u32,
+    /// The element's members.
+    pub fields: &'static [Field],
+}
+
+/// What a dispatcher has to know of a pass.
+#[derive(Clone, Copy, Debug)]
+pub struct PassInfo {
+    /// The name of the function and of the SPIR-V entry point.
+    pub name: &'static str,
+    /// How it writes.
+    pub shape: Shape,
+    /// Bytes of the parameter struct.
+    pub params_size: u32,
+    /// Its inputs in order of binding.
+    pub inputs: &'static [BindingInfo],
+    /// Its output, the last binding.
+    pub output: BindingInfo,
+    /// The tolerance of the fast mode.
+    pub tolerance: Tolerance,
+}
+
+const fn binding_info<T: Element>(binding: u32, name: &'static str) -> BindingInfo {
+    BindingInfo {
+        binding,
+        name,
+        element: T::NAME,
+        stride: core::mem::size_of::<T>() as u32,
+        fields: T::FIELDS,
+    }
+}
+
+macro_rules! shape {
+    (map) => {
+        Shape::Map
+    };
+    (scatter) => {
+        Shape::Scatter
+    };
+}
+
+macro_rules! describe {
+    ($($(#[$doc:meta])* $shape:ident $name:ident($params:ty; $($binding:tt $input:ident: $element:ty),*)
+        -> $out_binding:tt $output:ident: $out_element:ty, $tolerance:expr;)*) => {
+        /// The description of each pass, under the pass's name.
+        #[allow(non_upper_case_globals)]
+        pub mod info {
+            use super::*;
+            use crate::passes::elements::*;
+            $(
+                $(#[$doc])*
+                pub const $name: PassInfo = PassInfo {
+                    name: stringify!($name),
+                    shape: shape!($shape),
+                    params_size: core::mem::size_of::<$params>() as u32,
+                    inputs: &[$(binding_info::<$element>($binding, stringify!($input)),)*],
+                    output: binding_info::<$out_element>($out_binding, stringify!($output)),
+                    tolerance: $tolerance,
+                };
+            )*
+        }
+
+        /// Every pass, in the order of the list.
+        pub const PASSES: &[PassInfo] = &[$(info::$name,)*];
+    };
+}
+
+for_each_pass!(describe);
