@@ -8,6 +8,8 @@ const OP_FDIV: u32 = 136;
 const OP_FUNCTION: u32 = 54;
 const NO_CONTRACTION: u32 = 42;
 
+/// SourceContinued, Source, SourceExtension, Name, MemberName, String, Line, NoLine, ModuleProcessed.
+const DEBUG: [u32; 9] = [2, 3, 4, 5, 6, 7, 8, 317, 330];
 /// Operations that a driver may contract or re-associate: FNegate, FAdd, FSub, FMul, FDiv, FRem, FMod,
 /// VectorTimesScalar, MatrixTimesScalar, VectorTimesMatrix, MatrixTimesVector, MatrixTimesMatrix, OuterProduct, Dot.
 const FLOAT_OPERATIONS: [u32; 14] = [127, 129, 131, 133, 136, 140, 141, 142, 143, 144, 145, 146, 147, 148];
@@ -34,6 +36,17 @@ fn instructions(words: &[u32]) -> Result<Vec<(usize, u32, usize)>, String> {
         at += count;
     }
     Ok(list)
+}
+
+/// Removes names, lines and sources: what spirv-opt would strip, and would make the bytes depend on folders.
+pub fn strip_debug(words: &[u32]) -> Result<Vec<u32>, String> {
+    let mut out = words.get(..HEADER).ok_or("not a SPIR-V module")?.to_vec();
+    for (at, opcode, count) in instructions(words)? {
+        if !DEBUG.contains(&opcode) {
+            out.extend(&words[at..at + count]);
+        }
+    }
+    Ok(out)
 }
 
 /// Decorates the result of every float operation with `NoContraction`, once.
@@ -123,6 +136,16 @@ mod tests {
         assert_eq!(undecorated(&once), Ok(0));
         assert_eq!(once.len(), words.len() + 6);
         assert_eq!(forbid_contraction(&once).unwrap(), once);
+    }
+
+    #[test]
+    fn debug_information_goes_and_nothing_else() {
+        let words = sample();
+        let mut with_debug = words[..HEADER].to_vec();
+        with_debug.extend([(3 << 16) | 5, 21, 0]);
+        with_debug.extend(&words[HEADER..]);
+        with_debug.extend([(1 << 16) | 317]);
+        assert_eq!(strip_debug(&with_debug).unwrap(), words);
     }
 
     #[test]

@@ -92,6 +92,19 @@ pub struct PassInfo {
     pub tolerance: Tolerance,
 }
 
+/// How long one run of a pass took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PassTiming {
+    /// The pass.
+    pub pass: &'static str,
+    /// Its work items.
+    pub items: u32,
+    /// Bytes of the buffers bound to it.
+    pub bytes: u64,
+    /// Wall time on the CPU, device time on a GPU; NaN where the device has no timestamps.
+    pub nanoseconds: f64,
+}
+
 const fn binding_info<T: Element>(binding: u32, name: &'static str) -> BindingInfo {
     BindingInfo {
         binding,

@@ -21,7 +21,7 @@ pub mod sort;
 pub use accumulate::{Accumulate, Launch};
 pub use elementary::evaluate_elementary;
 pub use layout_report::report_layout;
-pub use list::{BindingInfo, PASSES, PassInfo, Shape, Tolerance, info};
+pub use list::{BindingInfo, PASSES, PassInfo, PassTiming, Shape, Tolerance, info};
 pub use reduction::reduce_sum;
 pub use scan::{add_block_offsets, block_sums, compact_indices, scan_blocks};
 pub use sort::{count_digits, place_by_digit};
