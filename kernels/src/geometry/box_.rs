@@ -110,6 +110,20 @@ pub fn four_boxes(
     let z1 = (max_z - Vec4::splat(ray.origin_for_max.z)) * Vec4::splat(ray.inverse.z);
     let near = x0.min(x1).max(y0.min(y1)).max(z0.min(z1).max(Vec4::splat(t_min)));
     let far = x0.max(x1).min(y0.max(y1)).min(z0.max(z1).min(Vec4::splat(t_max)));
-    let met = near.cmple(far * Vec4::splat(FAR_FACTOR)) & min_x.cmple(max_x);
-    (near, met.bitmask())
+    (near, lanes_at_most(near, far * Vec4::splat(FAR_FACTOR)) & lanes_at_most(min_x, max_x))
+}
+
+/// Bits of the lanes where a ≤ b; NaN is never at most anything.
+#[inline(always)]
+pub(super) fn lanes_at_most(a: Vec4, b: Vec4) -> u32 {
+    #[cfg(not(target_arch = "spirv"))]
+    {
+        a.cmple(b).bitmask()
+    }
+    // glam's mask would become a branch per lane.
+    #[cfg(target_arch = "spirv")]
+    {
+        let bit = |met: bool, bit: u32| if met { bit } else { 0 };
+        bit(a.x <= b.x, 1) | bit(a.y <= b.y, 2) | bit(a.z <= b.z, 4) | bit(a.w <= b.w, 8)
+    }
 }

@@ -8,6 +8,7 @@
 //! at edges and corners too, where it may hit more than one triangle. Plücker edge tests have the first
 //! property (equal edges) but not the second (right signs), and let rays through at corners.
 
+use super::box_::lanes_at_most;
 use crate::math::{MIN_POSITIVE, abs, div, is_finite, max, min, recip};
 use glam::{Vec3, Vec4};
 
@@ -150,31 +151,13 @@ pub fn four_triangles(
     t_max: f32,
 ) -> FourHits {
     // The same branch for every triangle of a ray: cheaper than a projection that needs no turned axes.
-    if ray.axis == 0 {
-        four_sheared(y0, z0, x0, y1, z1, x1, y2, z2, x2, ray, t_min, t_max)
+    let (x0, y0, z0, x1, y1, z1, x2, y2, z2) = if ray.axis == 0 {
+        (y0, z0, x0, y1, z1, x1, y2, z2, x2)
     } else if ray.axis == 1 {
-        four_sheared(z0, x0, y0, z1, x1, y1, z2, x2, y2, ray, t_min, t_max)
+        (z0, x0, y0, z1, x1, y1, z2, x2, y2)
     } else {
-        four_sheared(x0, y0, z0, x1, y1, z1, x2, y2, z2, ray, t_min, t_max)
-    }
-}
-
-#[inline(always)]
-#[allow(clippy::too_many_arguments)]
-fn four_sheared(
-    x0: Vec4,
-    y0: Vec4,
-    z0: Vec4,
-    x1: Vec4,
-    y1: Vec4,
-    z1: Vec4,
-    x2: Vec4,
-    y2: Vec4,
-    z2: Vec4,
-    ray: &TriangleRay,
-    t_min: f32,
-    t_max: f32,
-) -> FourHits {
+        (x0, y0, z0, x1, y1, z1, x2, y2, z2)
+    };
     let origin_x = Vec4::splat(ray.origin.x);
     let origin_y = Vec4::splat(ray.origin.y);
     let origin_z = Vec4::splat(ray.origin.z);
@@ -193,23 +176,23 @@ fn four_sheared(
     let of_b = ax * cy - ay * cx;
     let of_c = bx * ay - by * ax;
     let area = (of_a + of_b) + of_c;
-    let front = of_a.min(of_b).min(of_c).cmpge(Vec4::ZERO) & area.cmpge(Vec4::splat(MIN_POSITIVE));
-    let back = of_a.max(of_b).max(of_c).cmple(Vec4::ZERO) & area.cmple(Vec4::splat(-MIN_POSITIVE));
-    let inside = front | back;
-    let mask = inside.bitmask() & ray.lanes;
+    let least = Vec4::splat(MIN_POSITIVE);
+    let front = lanes_at_most(Vec4::ZERO, of_a.min(of_b).min(of_c)) & lanes_at_most(least, area);
+    let back = lanes_at_most(of_a.max(of_b).max(of_c), Vec4::ZERO) & lanes_at_most(area, -least);
+    let mask = (front | back) & ray.lanes;
     if mask == 0 {
         return FourHits { t: Vec4::ZERO, u: Vec4::ZERO, v: Vec4::ZERO, mask: 0 };
     }
-    let inverse = recip_lanes(Vec4::select(inside, area, Vec4::ONE), mask);
+    let inverse = recip_lanes(area, mask);
     let w = of_a * inverse;
     let u = of_b * inverse;
     let v = of_c * inverse;
     let t = ((w * az + u * bz) + v * cz) * Vec4::splat(ray.shear.z);
-    let in_range = t.cmpge(Vec4::splat(t_min)) & t.cmple(Vec4::splat(t_max));
-    FourHits { t, u, v, mask: mask & in_range.bitmask() }
+    let in_range = lanes_at_most(Vec4::splat(t_min), t) & lanes_at_most(t, Vec4::splat(t_max));
+    FourHits { t, u, v, mask: mask & in_range }
 }
 
-/// 1/x in the lanes of the mask, rounded as [`recip`]; the others hold 1 on input and output.
+/// 1/x in the lanes of the mask, rounded as [`recip`]; the others are whatever is cheapest.
 #[inline(always)]
 fn recip_lanes(x: Vec4, mask: u32) -> Vec4 {
     #[cfg(not(target_arch = "spirv"))]
