@@ -1,3 +1,5 @@
 //! Where do rays, discs, boxes, triangles and voxels meet?
 
+pub mod box_;
 pub mod bvh;
+pub mod triangle;
