@@ -42,7 +42,8 @@ impl<'a> AtomicView<'a> {
     pub(crate) fn new(cells: &'a mut [u32]) -> Self {
         // SAFETY: AtomicU32 has the size and bit validity of u32, and the alignment is the same on every target
         // that has it; the exclusive borrow guarantees that for 'a nothing reads the cells but through this view.
-        let cells = unsafe { std::slice::from_raw_parts(cells.as_mut_ptr().cast::<AtomicU32>(), cells.len()) };
+        let cells =
+            unsafe { std::slice::from_raw_parts(cells.as_mut_ptr().cast::<AtomicU32>(), cells.len()) };
         Self { cells }
     }
 }

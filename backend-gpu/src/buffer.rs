@@ -62,7 +62,9 @@ impl Gpu {
             gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
                 size,
-                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+                usage: wgpu::BufferUsages::STORAGE
+                    | wgpu::BufferUsages::COPY_SRC
+                    | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             })
         })?;
@@ -73,7 +75,9 @@ impl Gpu {
     pub fn upload<T: Pod>(&mut self, label: &str, data: &[T]) -> Result<GpuBuffer<T>, GpuError> {
         let buffer = self.alloc(label, data.len())?;
         if !data.is_empty() {
-            self.scoped(label, |gpu| gpu.queue.write_buffer(&buffer.raw.buffer, 0, bytemuck::cast_slice(data)))?;
+            self.scoped(label, |gpu| {
+                gpu.queue.write_buffer(&buffer.raw.buffer, 0, bytemuck::cast_slice(data))
+            })?;
         }
         Ok(buffer)
     }
@@ -86,7 +90,9 @@ impl Gpu {
         if data.is_empty() {
             return Ok(());
         }
-        self.scoped("a buffer write", |gpu| gpu.queue.write_buffer(&buffer.raw.buffer, 0, bytemuck::cast_slice(data)))
+        self.scoped("a buffer write", |gpu| {
+            gpu.queue.write_buffer(&buffer.raw.buffer, 0, bytemuck::cast_slice(data))
+        })
     }
 
     /// Sets every element to zero, in order with the passes.

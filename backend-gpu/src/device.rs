@@ -44,7 +44,10 @@ pub fn adapters() -> Vec<wgpu::Adapter> {
 
 /// The adapter's name, kind and driver in one line.
 pub fn describe(info: &wgpu::AdapterInfo) -> String {
-    format!("{} ({:?}, {:?}, {} {})", info.name, info.device_type, info.backend, info.driver, info.driver_info)
+    format!(
+        "{} ({:?}, {:?}, {} {})",
+        info.name, info.device_type, info.backend, info.driver, info.driver_info
+    )
 }
 
 fn choose(wanted: Option<&str>) -> Result<wgpu::Adapter, GpuError> {
@@ -147,10 +150,9 @@ impl Gpu {
             return Ok(());
         }
         let probe = self.run_probe()?;
-        let variant = probe.strict_variant().map_err(|reason| GpuError::NotStrict {
-            adapter: self.adapter.name.clone(),
-            reason,
-        })?;
+        let variant = probe
+            .strict_variant()
+            .map_err(|reason| GpuError::NotStrict { adapter: self.adapter.name.clone(), reason })?;
         self.probe = Some(probe);
         self.set_variant(variant);
         Ok(())
@@ -225,7 +227,10 @@ impl Gpu {
 
     pub(crate) fn lost(&self, what: &str, error: impl std::fmt::Display) -> GpuError {
         let known = self.lost.lock().unwrap_or_else(|e| e.into_inner()).clone();
-        GpuError::DeviceLost { what: what.to_owned(), reason: known.unwrap_or_else(|| one_line(&error.to_string())) }
+        GpuError::DeviceLost {
+            what: what.to_owned(),
+            reason: known.unwrap_or_else(|| one_line(&error.to_string())),
+        }
     }
 }
 

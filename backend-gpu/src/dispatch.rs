@@ -133,11 +133,18 @@ impl Gpu {
             }),
         }];
         for (info, raw) in pass.inputs.iter().zip(inputs).chain([(&pass.output, &output)]) {
-            entries.push(wgpu::BindGroupEntry { binding: info.binding, resource: raw.buffer.as_entire_binding() });
+            entries.push(wgpu::BindGroupEntry {
+                binding: info.binding,
+                resource: raw.buffer.as_entire_binding(),
+            });
         }
         let layout = &self.pipelines[pass.name].layout;
         self.scoped(pass.name, |gpu| {
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(pass.name), layout, entries: &entries })
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(pass.name),
+                layout,
+                entries: &entries,
+            })
         })
     }
 

@@ -22,7 +22,9 @@ pub enum GpuError {
         reason: String,
     },
     /// The device cannot give the CPU's bits.
-    #[error("adapter '{adapter}' cannot run strict arithmetic: {reason}; use --arithmetic fast or the CPU backend")]
+    #[error(
+        "adapter '{adapter}' cannot run strict arithmetic: {reason}; use --arithmetic fast or the CPU backend"
+    )]
     NotStrict {
         /// The adapter.
         adapter: String,

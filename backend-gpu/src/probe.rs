@@ -1,8 +1,8 @@
 //! Does this device compute as the CPU does?
 
 use crate::{Gpu, GpuError, Variant};
-use twinlight_kernels::passes::elements::ElementaryParams;
 use twinlight_kernels::passes::elementary::{evaluate_elementary, function};
+use twinlight_kernels::passes::elements::ElementaryParams;
 
 /// What a device does with floats, found by running the elementary functions on it.
 #[derive(Clone, Debug, PartialEq, Eq)]

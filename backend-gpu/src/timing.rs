@@ -36,7 +36,13 @@ impl Timestamps {
                 mapped_at_creation: false,
             })
         });
-        Self { queries, resolved, period: f64::from(queue.get_timestamp_period()), current: Vec::new(), pending: Vec::new() }
+        Self {
+            queries,
+            resolved,
+            period: f64::from(queue.get_timestamp_period()),
+            current: Vec::new(),
+            pending: Vec::new(),
+        }
     }
 
     pub(crate) fn full(&self) -> bool {
@@ -97,7 +103,8 @@ impl Gpu {
                 let bytes = self.read_mapped(&buffer)?;
                 let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&bytes);
                 for (i, pass) in passes.iter_mut().enumerate() {
-                    pass.nanoseconds = ticks[2 * i + 1].saturating_sub(ticks[2 * i]) as f64 * self.timestamps.period;
+                    pass.nanoseconds =
+                        ticks[2 * i + 1].saturating_sub(ticks[2 * i]) as f64 * self.timestamps.period;
                 }
             }
             all.extend(passes);

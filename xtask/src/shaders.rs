@@ -68,7 +68,9 @@ pub fn read_manifest(folder: &Path) -> Result<Manifest, String> {
 fn with_rust_gpu(action: Action) -> Result<(), String> {
     let custom = std::env::var_os("RUST_GPU_TOOLCHAIN").is_some();
     if custom && std::env::var_os("RUST_GPU_BACKEND").is_none() {
-        return Err("RUST_GPU_TOOLCHAIN is set: set RUST_GPU_BACKEND to its librustc_codegen_spirv.so too".into());
+        return Err(
+            "RUST_GPU_TOOLCHAIN is set: set RUST_GPU_BACKEND to its librustc_codegen_spirv.so too".into()
+        );
     }
     let mut command = Command::new("cargo");
     if !custom {
@@ -192,7 +194,8 @@ mod compile {
         }
         let words = spirv::strip_debug(&words).map_err(|e| format!("{entry}: {e}"))?;
         let words = spirv::forbid_contraction(&words).map_err(|e| format!("{entry}: {e}"))?;
-        let inexact = spirv::inexact(&words, variant == "strict-native").map_err(|e| format!("{entry}: {e}"))?;
+        let inexact =
+            spirv::inexact(&words, variant == "strict-native").map_err(|e| format!("{entry}: {e}"))?;
         if !inexact.is_empty() {
             return Err(format!("{variant}/{entry} is not reproducible: {}", inexact.join(", ")));
         }
@@ -206,7 +209,9 @@ mod compile {
     fn validate(file: &Path) -> Result<(), String> {
         match Command::new("spirv-val").args(["--target-env", "vulkan1.2"]).arg(file).output() {
             Ok(output) if output.status.success() => Ok(()),
-            Ok(output) => Err(format!("{}: {}", file.display(), String::from_utf8_lossy(&output.stderr).trim())),
+            Ok(output) => {
+                Err(format!("{}: {}", file.display(), String::from_utf8_lossy(&output.stderr).trim()))
+            }
             Err(_) if std::env::var_os("TWINLIGHT_REQUIRE_GPU").is_none() => Ok(()),
             Err(e) => Err(format!("spirv-val: {e} (Debian: apt-get install spirv-tools)")),
         }
@@ -238,7 +243,8 @@ mod compile {
         let mut differing = Vec::new();
         for variant in VARIANTS {
             let empty = BTreeMap::new();
-            let (a, b) = (old.modules.get(variant).unwrap_or(&empty), new.modules.get(variant).unwrap_or(&empty));
+            let (a, b) =
+                (old.modules.get(variant).unwrap_or(&empty), new.modules.get(variant).unwrap_or(&empty));
             let names: std::collections::BTreeSet<_> = a.keys().chain(b.keys()).collect();
             for name in names {
                 let file = format!("{variant}/{name}.spv");

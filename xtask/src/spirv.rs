@@ -15,8 +15,9 @@ const DEBUG: [u32; 9] = [2, 3, 4, 5, 6, 7, 8, 317, 330];
 const FLOAT_OPERATIONS: [u32; 14] = [127, 129, 131, 133, 136, 140, 141, 142, 143, 144, 145, 146, 147, 148];
 /// Those of them that no strict module may hold: FRem, FMod and everything that sums products in its own order.
 const UNORDERED: [u32; 8] = [140, 141, 143, 144, 145, 146, 147, 148];
-/// GLSL.std.450: FAbs, SAbs, Floor, UMin, SMin, UMax, SMax, UClamp, SClamp, FindILsb, FindSMsb, FindUMsb.
-const EXACT_EXTENDED: [u32; 12] = [4, 5, 8, 38, 39, 41, 42, 44, 45, 73, 74, 75];
+/// GLSL.std.450: FAbs, SAbs, Floor, FMin, UMin, SMin, FMax, UMax, SMax, UClamp, SClamp, FindILsb, FindSMsb,
+/// FindUMsb, NMin, NMax. FMin and FMax are exact but for NaN, which the kernels that use them keep out.
+const EXACT_EXTENDED: [u32; 16] = [4, 5, 8, 37, 38, 39, 40, 41, 42, 44, 45, 73, 74, 75, 79, 80];
 /// GLSL.std.450: Sqrt, correctly rounded where the start-up probe says so.
 const SQRT: u32 = 31;
 

@@ -2,8 +2,11 @@
 //!
 //! The pass reports size, alignment and offsets from the device; a test compares them with the host's.
 
-use crate::geometry::bvh::{BvhNode, TriangleBlock};
+use crate::geometry::bvh::{BvhNode, Hit, TriangleBlock};
+use crate::passes::gather::GatherParams;
+use crate::passes::light::LightParams;
 use crate::passes::scene::{Light, Material, Triangle};
+use crate::passes::surface::{CameraParams, Surface};
 
 gpu_struct! {
     /// Parameters of [`report_layout`].
@@ -62,4 +65,9 @@ layout_words! {
         emission_texture, emission_size
     }
     Light { position, direction, intensity, kind, inner, outer }
+    Hit { t, u, v, triangle }
+    Surface { position, normal, diffuse, triangle, material, u, v }
+    CameraParams { eye, right, up, forward, width, first_pixel, pixel_width, pixel_height }
+    LightParams { eye, first_light, light_count }
+    GatherParams { environment, map, rays, seed, flags, falloff, first_pixel, reach }
 }

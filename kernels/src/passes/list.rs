@@ -31,6 +31,43 @@ macro_rules! for_each_pass {
             /// Sums of eight vectors as a binary tree.
             map reduce_sum(ReduceParams; 1 values: Vec4) -> 2 sums: Vec4,
                 Tolerance::Relative { relative: 1e-6, absolute: 1e-6, flips: 0.0 };
+            /// What the ray through each pixel meets first.
+            map trace_primary(CameraParams; 1 nodes: BvhNode, 2 blocks: TriangleBlock, 3 triangles: Triangle,
+                4 materials: Material, 5 texels: u32) -> 6 hits: Hit,
+                Tolerance::Relative { relative: 1e-4, absolute: 1e-4, flips: 5e-3 };
+            /// The surface at each hit.
+            map resolve_surfaces(CameraParams; 1 hits: Hit, 2 triangles: Triangle, 3 materials: Material,
+                4 texels: u32) -> 5 surfaces: Surface,
+                Tolerance::Relative { relative: 1e-4, absolute: 1e-4, flips: 5e-3 };
+            /// Specular colour and exponent of each surface.
+            map resolve_gloss(CameraParams; 1 surfaces: Surface, 2 materials: Material, 3 texels: u32) -> 4 gloss: Vec4,
+                Tolerance::Relative { relative: 1e-4, absolute: 1e-5, flips: 0.0 };
+            /// Emitted radiance of each surface.
+            map resolve_emission(CameraParams; 1 surfaces: Surface, 2 materials: Material, 3 texels: u32)
+                -> 4 radiance: Vec4, Tolerance::Relative { relative: 1e-4, absolute: 1e-5, flips: 0.0 };
+            /// Shadow rays: which lights each surface sees.
+            map light_visibility(LightParams; 1 surfaces: Surface, 2 lights: Light, 3 nodes: BvhNode,
+                4 blocks: TriangleBlock, 5 triangles: Triangle, 6 materials: Material, 7 texels: u32)
+                -> 8 visible: u32, Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 5e-3 };
+            /// Diffuse reflection of the visible lights.
+            map shade_diffuse(LightParams; 1 surfaces: Surface, 2 lights: Light, 3 visibility: u32, 4 previous: Vec4)
+                -> 5 radiance: Vec4, Tolerance::Relative { relative: 1e-3, absolute: 1e-4, flips: 1e-2 };
+            /// Specular reflection of the visible lights.
+            map shade_specular(LightParams; 1 surfaces: Surface, 2 gloss: Vec4, 3 lights: Light, 4 visibility: u32,
+                5 previous: Vec4) -> 6 radiance: Vec4,
+                Tolerance::Relative { relative: 1e-2, absolute: 1e-3, flips: 1e-2 };
+            /// Diffuse reflection of the environment and of emissive surfaces.
+            map gather_direct(GatherParams; 1 surfaces: Surface, 2 nodes: BvhNode, 3 blocks: TriangleBlock,
+                4 triangles: Triangle, 5 materials: Material, 6 texels: u32, 7 previous: Vec4) -> 8 radiance: Vec4,
+                Tolerance::Relative { relative: 1e-2, absolute: 1e-3, flips: 0.05 };
+            /// Cosine-weighted openness of each surface.
+            map ambient_openness(GatherParams; 1 surfaces: Surface, 2 nodes: BvhNode, 3 blocks: TriangleBlock,
+                4 triangles: Triangle, 5 materials: Material, 6 texels: u32) -> 7 openness: f32,
+                Tolerance::Relative { relative: 1e-3, absolute: 1e-3, flips: 0.05 };
+            /// The environment behind the surfaces.
+            map fill_background(CameraParams; 1 environment: GatherParams, 2 surfaces: Surface, 3 texels: u32,
+                4 previous: Vec4) -> 5 radiance: Vec4,
+                Tolerance::Relative { relative: 1e-2, absolute: 1e-3, flips: 1e-2 };
         }
     };
 }
