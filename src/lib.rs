@@ -13,5 +13,8 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod backend;
 pub mod error;
+pub mod primitives;
+pub mod report;
 pub mod scene;

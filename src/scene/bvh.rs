@@ -13,6 +13,7 @@ use super::Bounds;
 use crate::error::SceneError;
 use binary::{Binary, Subtree};
 use glam::{UVec4, Vec4};
+use twinlight_kernels::geometry::box_::pad_bounds;
 use twinlight_kernels::geometry::bvh::{
     BvhNode, LEAF, MASKED, MAX_LEAF_BLOCKS, NO_CHILD, NO_TRIANGLE, STACK_SIZE, TriangleBlock,
 };
@@ -107,10 +108,12 @@ impl Collapse<'_> {
             } else {
                 self.node(binary, bounds, child, levels - 1)
             };
+            // Moved out so that no ray that the triangle test would let hit is lost at the box.
+            let (min, max) = pad_bounds(around.min, around.max);
             let node = &mut self.bvh.nodes[index];
-            (node.min_x[lane], node.max_x[lane]) = (around.min.x, around.max.x);
-            (node.min_y[lane], node.max_y[lane]) = (around.min.y, around.max.y);
-            (node.min_z[lane], node.max_z[lane]) = (around.min.z, around.max.z);
+            (node.min_x[lane], node.max_x[lane]) = (min.x, max.x);
+            (node.min_y[lane], node.max_y[lane]) = (min.y, max.y);
+            (node.min_z[lane], node.max_z[lane]) = (min.z, max.z);
             node.children[lane] = link;
         }
         index as u32

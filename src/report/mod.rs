@@ -1,0 +1,3 @@
+//! How far apart are two results, and what did it cost?
+
+pub mod agreement;
