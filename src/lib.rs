@@ -15,6 +15,8 @@
 
 pub mod backend;
 pub mod error;
+pub mod picture;
 pub mod primitives;
 pub mod report;
 pub mod scene;
+pub mod technique;

@@ -64,6 +64,9 @@ macro_rules! for_each_pass {
             map ambient_openness(GatherParams; 1 surfaces: Surface, 2 nodes: BvhNode, 3 blocks: TriangleBlock,
                 4 triangles: Triangle, 5 materials: Material, 6 texels: u32) -> 7 openness: f32,
                 Tolerance::Relative { relative: 1e-3, absolute: 1e-3, flips: 0.05 };
+            /// The sum of two buffers of radiance.
+            map add_radiance(AddParams; 1 a: Vec4, 2 b: Vec4) -> 3 sum: Vec4,
+                Tolerance::Relative { relative: 1e-6, absolute: 0.0, flips: 0.0 };
             /// The environment behind the surfaces.
             map fill_background(CameraParams; 1 environment: GatherParams, 2 surfaces: Surface, 3 texels: u32,
                 4 previous: Vec4) -> 5 radiance: Vec4,

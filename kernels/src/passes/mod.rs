@@ -10,6 +10,7 @@
 //! length: counts come in the parameters, because an empty buffer cannot be bound on a GPU.
 
 mod accumulate;
+pub mod combine;
 pub mod elementary;
 pub mod gather;
 pub mod layout_report;
@@ -23,6 +24,7 @@ pub mod sort;
 pub mod surface;
 
 pub use accumulate::{Accumulate, Launch};
+pub use combine::add_radiance;
 pub use elementary::evaluate_elementary;
 pub use gather::{ambient_openness, fill_background, gather_direct};
 pub use layout_report::report_layout;
@@ -35,6 +37,7 @@ pub use surface::{resolve_emission, resolve_gloss, resolve_surfaces, trace_prima
 
 /// Every type that the pass list names, for the places that call [`for_each_pass!`](crate::for_each_pass).
 pub mod elements {
+    pub use super::combine::AddParams;
     pub use super::elementary::ElementaryParams;
     pub use super::gather::GatherParams;
     pub use super::layout_report::LayoutParams;

@@ -1,0 +1,140 @@
+//! What is asked of a technique, and what does it hand back?
+
+use crate::backend::{Backend, BackendError, BufferElement};
+use crate::picture::Picture;
+use std::collections::BTreeMap;
+use twinlight_kernels::layout::WordKind;
+use twinlight_kernels::passes::PassTiming;
+
+/// Settings that every technique shares.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Job {
+    /// Rays per pixel of the passes that trace rays all around.
+    pub rays: u32,
+    /// Seed of their directions.
+    pub seed: u32,
+    /// λ of the occlusion's falloff 1/(1 + λ r), 1/m.
+    pub falloff: f32,
+    /// Distance beyond which nothing occludes, metres.
+    pub reach: f32,
+    /// Names of the buffers to keep as pictures.
+    pub dumps: Vec<String>,
+    /// Count values that are not finite in every buffer.
+    pub check_finite: bool,
+}
+
+impl Default for Job {
+    fn default() -> Self {
+        Self { rays: 64, seed: 1, falloff: 0.0, reach: 1.0e30, dumps: Vec::new(), check_finite: false }
+    }
+}
+
+/// Values of a buffer that are not finite.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NonFinite {
+    /// The buffer.
+    pub buffer: String,
+    /// How many of its floats are NaN or ±∞.
+    pub count: u64,
+}
+
+/// A picture with all that is known about how it came to be.
+#[derive(Debug)]
+pub struct Rendered {
+    /// Linear radiance.
+    pub picture: Picture,
+    /// The passes that ran.
+    pub timings: Vec<PassTiming>,
+    /// Buffers asked for, as pictures.
+    pub dumps: BTreeMap<String, Picture>,
+    /// One entry per buffer, when asked for.
+    pub non_finite: Vec<NonFinite>,
+}
+
+/// Looks into the buffers of a running technique.
+pub struct Inspection<'a> {
+    job: &'a Job,
+    width: u32,
+    height: u32,
+    dumps: BTreeMap<String, Picture>,
+    non_finite: BTreeMap<String, u64>,
+}
+
+impl<'a> Inspection<'a> {
+    /// Begins with nothing seen, for pictures of this size.
+    pub fn new(job: &'a Job, width: u32, height: u32) -> Self {
+        Self { job, width, height, dumps: BTreeMap::new(), non_finite: BTreeMap::new() }
+    }
+
+    /// Counts what is not finite in a buffer, if that was asked for.
+    pub fn check<B: Backend, T: BufferElement>(
+        &mut self,
+        backend: &mut B,
+        name: &str,
+        buffer: &B::Buffer<T>,
+    ) -> Result<(), BackendError> {
+        if !self.job.check_finite {
+            return Ok(());
+        }
+        let values = backend.download(buffer)?;
+        *self.non_finite.entry(name.to_owned()).or_default() += count_non_finite(&values);
+        Ok(())
+    }
+
+    /// Keeps a buffer as a picture, if that was asked for; the band begins at `first_pixel`.
+    pub fn dump<B: Backend, T: BufferElement>(
+        &mut self,
+        backend: &mut B,
+        name: &str,
+        buffer: &B::Buffer<T>,
+        first_pixel: u32,
+        colour: impl Fn(&T) -> glam::Vec3,
+    ) -> Result<(), BackendError> {
+        if !self.job.dumps.iter().any(|d| d == name) {
+            return Ok(());
+        }
+        let values = backend.download(buffer)?;
+        let (width, height) = (self.width, self.height);
+        let picture = self.dumps.entry(name.to_owned()).or_insert_with(|| Picture::new(width, height));
+        for (pixel, value) in picture.pixels[first_pixel as usize..].iter_mut().zip(&values) {
+            *pixel = colour(value);
+        }
+        Ok(())
+    }
+
+    /// Puts the picture together with what was seen.
+    pub fn finish(self, picture: Picture, timings: Vec<PassTiming>) -> Rendered {
+        let non_finite =
+            self.non_finite.into_iter().map(|(buffer, count)| NonFinite { buffer, count }).collect();
+        Rendered { picture, timings, dumps: self.dumps, non_finite }
+    }
+}
+
+/// How many floats of the elements are NaN or ±∞.
+fn count_non_finite<T: BufferElement>(values: &[T]) -> u64 {
+    let words = size_of::<T>() / 4;
+    let mut is_float = vec![false; words];
+    for field in T::FIELDS.iter().filter(|f| f.kind == WordKind::Float) {
+        let first = field.offset as usize / 4;
+        is_float[first..first + field.words as usize].fill(true);
+    }
+    let all: &[f32] = bytemuck::cast_slice(values);
+    all.chunks_exact(words)
+        .map(|element| element.iter().zip(&is_float).filter(|&(x, &float)| float && !x.is_finite()).count() as u64)
+        .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use twinlight_kernels::geometry::bvh::Hit;
+
+    #[test]
+    fn only_floats_are_counted() {
+        let mut hits = [Hit { t: 1.0, u: 0.5, v: 0.25, triangle: u32::MAX }; 4];
+        assert_eq!(count_non_finite(&hits), 0, "an index that would be NaN as a float is no float");
+        hits[2].v = f32::NAN;
+        hits[3].t = f32::NEG_INFINITY;
+        assert_eq!(count_non_finite(&hits), 2);
+    }
+}

@@ -1,0 +1,11 @@
+//! How is a scene rendered? Each technique is a sequence of passes, written once for every backend.
+
+pub mod ambient_occlusion;
+pub mod direct;
+pub mod gbuffer;
+mod job;
+pub mod reference;
+mod world;
+
+pub use job::{Inspection, Job, NonFinite, Rendered};
+pub use world::{View, World, environment_params};

@@ -1,0 +1,116 @@
+//! What of a scene lies in the backend's memory, and from where is it seen?
+
+use crate::backend::{Backend, BackendError};
+use crate::error::SceneError;
+use crate::scene::{Camera, CameraFrame, Environment, Scene, bvh::Bvh};
+use glam::{UVec4, Vec4};
+use twinlight_kernels::geometry::bvh::{BvhNode, TriangleBlock};
+use twinlight_kernels::passes::elements::{CameraParams, GatherParams, Light, Material, Triangle};
+
+/// A scene's buffers on a backend.
+pub struct World<B: Backend> {
+    /// The tree's nodes.
+    pub nodes: B::Buffer<BvhNode>,
+    /// The tree's triangles.
+    pub blocks: B::Buffer<TriangleBlock>,
+    /// Triangles by index.
+    pub triangles: B::Buffer<Triangle>,
+    /// Materials by index.
+    pub materials: B::Buffer<Material>,
+    /// Textures, then the environment map.
+    pub texels: B::Buffer<u32>,
+    /// Lights; one dark light for a scene without any.
+    pub lights: B::Buffer<Light>,
+    /// Number of lights.
+    pub light_count: u32,
+    /// The environment, with the defaults of the passes that look it up.
+    pub environment: GatherParams,
+    /// Whether the environment gives light.
+    pub has_environment: bool,
+    /// Whether some surface is glossy.
+    pub has_gloss: bool,
+    /// Whether emissive surfaces emit.
+    pub emits: bool,
+}
+
+/// The parameters that describe an environment whose map, if any, follows `first_word` words of texels.
+pub fn environment_params(environment: &Environment, first_word: u32) -> GatherParams {
+    let mut params = GatherParams { rays: 1, reach: 1.0e30, ..Default::default() };
+    match environment {
+        Environment::None => {}
+        Environment::Constant(radiance) => params.environment = radiance.extend(0.0),
+        Environment::Map(map) => params.map = UVec4::new(first_word, map.width, map.height, 0),
+    }
+    params
+}
+
+/// The textures, then the map's texels as three words of f32 bits each.
+pub(crate) fn texels_with_environment(scene: &Scene) -> Vec<u32> {
+    let mut texels = scene.texels.clone();
+    if let Environment::Map(map) = &scene.environment {
+        texels.extend(map.data.iter().flat_map(|t: &Vec4| [t.x.to_bits(), t.y.to_bits(), t.z.to_bits()]));
+    }
+    texels
+}
+
+impl<B: Backend> World<B> {
+    /// Uploads a scene and its tree; with `emissive`, emissive surfaces emit.
+    pub fn upload(backend: &mut B, scene: &Scene, tree: &Bvh, emissive: bool) -> Result<Self, BackendError> {
+        let census = scene.census();
+        let texels = texels_with_environment(scene);
+        let dark = [Light::default()];
+        let lights = if scene.lights.is_empty() { &dark[..] } else { &scene.lights };
+        Ok(Self {
+            nodes: backend.upload("nodes", &tree.nodes)?,
+            blocks: backend.upload("blocks", &tree.blocks)?,
+            triangles: backend.upload("triangles", &scene.triangles)?,
+            materials: backend.upload("materials", &scene.materials)?,
+            texels: backend.upload("texels", &texels)?,
+            lights: backend.upload("lights", lights)?,
+            light_count: scene.lights.len() as u32,
+            environment: environment_params(&scene.environment, scene.texels.len() as u32),
+            has_environment: census.has_environment,
+            has_gloss: census.has_gloss,
+            emits: emissive && census.has_emission,
+        })
+    }
+}
+
+/// A camera and a picture size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// The camera's axes.
+    pub frame: CameraFrame,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl View {
+    /// The view of a valid camera.
+    pub fn new(camera: &Camera, width: u32, height: u32) -> Result<Self, SceneError> {
+        Ok(Self { frame: camera.frame()?, width, height })
+    }
+
+    /// Number of pixels.
+    pub fn pixels(&self) -> u32 {
+        self.width * self.height
+    }
+
+    /// The parameters of the passes for the band that begins at `first_pixel`.
+    pub fn params(&self, first_pixel: u32) -> CameraParams {
+        let f = &self.frame;
+        let aspect = self.width as f32 / self.height as f32;
+        CameraParams {
+            eye: f.eye.extend(0.0),
+            right: (f.right * (f.tan_half_fov * aspect)).extend(0.0),
+            up: (f.up * f.tan_half_fov).extend(0.0),
+            forward: f.forward.extend(0.0),
+            width: self.width,
+            first_pixel,
+            pixel_width: 2.0 / self.width as f32,
+            pixel_height: 2.0 / self.height as f32,
+        }
+    }
+}
