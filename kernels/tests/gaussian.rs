@@ -389,7 +389,7 @@ fn upsampling_weights_sum_to_one_and_fall_back() {
         let mut samples = same;
         for i in 0..4 {
             samples.depth[i] = depth * draw.uniform(0.9, 1.1);
-            samples.normal[i] = if draw.bits() % 4 == 0 { -normal } else { unit(&mut draw) };
+            samples.normal[i] = if draw.bits().is_multiple_of(4) { -normal } else { unit(&mut draw) };
         }
         let weights = upsampling_weights(&samples, depth, normal);
         assert!(weights.iter().all(|w| (0.0..=1.0).contains(w)));

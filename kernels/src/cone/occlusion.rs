@@ -1,6 +1,6 @@
 //! How much does an occluder at a distance count, and what do several cones see together?
 
-use crate::math::{clamp, div, recip};
+use crate::math::{clamp, div, is_nan, recip};
 use glam::Vec4;
 
 /// Returns the weight of an occluder at `distance`: f(r) = 1/(1 + λr), in (0, 1], 1 at r = 0.
@@ -41,7 +41,7 @@ impl ConeSum {
     /// Returns the mean, or `fallback` when no cone had a weight above 2⁻¹⁰⁰.
     #[inline]
     pub fn mean(self, fallback: Vec4) -> Vec4 {
-        if !(self.weight > 7.888_609e-31) {
+        if is_nan(self.weight) || self.weight <= 7.888_609e-31 {
             return fallback;
         }
         Vec4::new(

@@ -89,12 +89,9 @@ pub fn step_length(diameter: f32, voxel: f32, factor: f32) -> f32 {
 
 /// Returns a number of steps of [`step_length`] after which a march over `range` has ended: the loop bound.
 ///
-/// That of the narrowest cone, which steps by whole voxels; at least 1, at most 65 536.
+/// That of the narrowest cone, which steps by whole voxels; at least 1 (also for NaN), at most 65 536.
 #[inline]
 pub fn step_count_bound(range: f32, voxel: f32, factor: f32) -> u32 {
-    let shortest = step_length(0.0, voxel, factor);
-    if !(shortest > 0.0) || !(range > 0.0) {
-        return 1;
-    }
-    to_u32(min(floor(div(min(range, 1e18), max(shortest, 1e-18))), 65_535.0)) + 1
+    let shortest = clamp(step_length(0.0, voxel, factor), 1e-18, 1e18);
+    to_u32(min(floor(div(clamp(range, 0.0, 1e18), shortest)), 65_535.0)) + 1
 }

@@ -90,7 +90,7 @@ pub fn minimum_deviation(depth_range: f32, texel_depth_slope: f32) -> f32 {
 #[inline]
 pub fn layer_coordinate(z: f32, z_min: f32, z_max: f32) -> f32 {
     let half = 0.5 * (z_max - z_min);
-    if !(half >= f32::MIN_POSITIVE) {
+    if is_nan(half) || half < f32::MIN_POSITIVE {
         return 0.0;
     }
     div((z - z_min) - half, half)

@@ -56,7 +56,7 @@ impl Draw {
 
     /// One of the edges with probability 1/8, else log-uniform over 60 orders of magnitude with a random sign.
     pub fn wild(&mut self) -> f32 {
-        if self.bits() % 8 == 0 {
+        if self.bits().is_multiple_of(8) {
             return EDGES[self.bits() as usize % EDGES.len()];
         }
         let magnitude = self.log_uniform(1e-30, 1e30);
@@ -73,7 +73,8 @@ impl Draw {
         loop {
             let mut v = [0.0f64; 3];
             for component in &mut v {
-                *component = if self.bits() % 16 == 0 { 0.0 } else { f64::from(self.uniform(-1.0, 1.0)) };
+                *component =
+                    if self.bits().is_multiple_of(16) { 0.0 } else { f64::from(self.uniform(-1.0, 1.0)) };
             }
             let square: f64 = v.iter().map(|x| x * x).sum();
             if square > 1e-3 && square <= 1.0 {
