@@ -1,0 +1,133 @@
+//! Which neighbouring pixels see the same surface, and how much does each count?
+
+use crate::math::{abs, clamp, div, dot, exp, is_nan, max, min, powi, recip, saturate};
+use glam::Vec3;
+
+/// Smallest standard deviation of a Gaussian weight.
+const MIN_DEVIATION: f32 = 1e-6;
+
+/// Sums of relative weights below this mean that no sample matches.
+const NO_MATCH: f32 = 1e-12;
+
+/// The thresholds of [`shares_visibility`] stop short of 1 by this much, so that a pixel always accepts itself.
+const UNIT_TOLERANCE: f32 = 1.0 / 1_048_576.0;
+
+/// The 2×2 coarse samples around a pixel. A normal of 0 says that there is no surface.
+#[derive(Clone, Copy, Debug)]
+pub struct CoarseSamples {
+    /// Bilinear weights of the pixel's position, at least 0, summing to 1.
+    pub bilinear: [f32; 4],
+    /// View depths.
+    pub depth: [f32; 4],
+    /// Unit normals.
+    pub normal: [Vec3; 4],
+}
+
+/// Returns the weight of a depth difference: 1/(ε + |Δz|), ε = 1e-3·|z| + 1e-18, at most 1e18. SGI eq. 11.
+///
+/// `depth` is that of the pixel; ε is relative to it, so the weight means the same at any scale.
+#[inline]
+pub fn depth_similarity(depth: f32, sample_depth: f32) -> f32 {
+    recip(depth_gap(depth, sample_depth))
+}
+
+/// ε + |Δz| of SGI eq. 11.
+#[inline]
+fn depth_gap(depth: f32, sample_depth: f32) -> f32 {
+    let depth = clamp(depth, -1e18, 1e18);
+    let sample_depth = clamp(sample_depth, -1e18, 1e18);
+    (1e-3 * abs(depth) + 1e-18) + abs(depth - sample_depth)
+}
+
+/// Returns the weight of a pair of unit normals: (N·N′)³² with N·N′ clamped to [0, 1]. SGI eq. 11.
+///
+/// Without the clamp opposite normals would weigh 1. 31·2⁻²⁴ relative.
+#[inline]
+pub fn normal_similarity(a: Vec3, b: Vec3) -> f32 {
+    powi(saturate(dot(a, b)), 32)
+}
+
+/// Returns the four weights with which coarse samples make up a pixel: bilinear × depth × normal, summing to 1.
+///
+/// Where nothing matches, the sample of nearest depth (of lowest index among equals) gets weight 1 and the others 0;
+/// all four are 0 when no sample has a surface. SGI eq. 11, guarded.
+#[inline]
+pub fn upsampling_weights(samples: &CoarseSamples, depth: f32, normal: Vec3) -> [f32; 4] {
+    let mut nearest = 4usize;
+    let mut nearest_gap = f32::MAX;
+    for i in 0..4 {
+        let exists = dot(samples.normal[i], samples.normal[i]) > 0.0;
+        let gap = depth_gap(depth, samples.depth[i]);
+        if exists && gap < nearest_gap {
+            nearest = i;
+            nearest_gap = gap;
+        }
+    }
+    let mut weights = [0.0; 4];
+    if nearest == 4 {
+        return weights;
+    }
+    let mut sum = 0.0;
+    for i in 0..4 {
+        // Relative to the nearest depth, so that the sum says how well they match at any scale.
+        let relative = saturate(div(nearest_gap, depth_gap(depth, samples.depth[i])));
+        let similarity = relative * normal_similarity(normal, samples.normal[i]);
+        weights[i] = saturate(samples.bilinear[i]) * similarity;
+        sum += weights[i];
+    }
+    if sum < NO_MATCH {
+        weights = [0.0; 4];
+        weights[nearest] = 1.0;
+        return weights;
+    }
+    for i in 0..4 {
+        weights[i] = div(weights[i], sum);
+    }
+    weights
+}
+
+/// Returns exp(−x²/(2σ²)), in (0, 1]; σ below 1e-6 and NaN count as 1e-6, the exponent is at least −87.
+#[inline]
+pub fn gaussian_falloff(x: f32, deviation: f32) -> f32 {
+    let q = div(clamp(abs(x), 0.0, 1e12), clamp(deviation, MIN_DEVIATION, 1e18));
+    exp(max(-0.5 * (q * q), -87.0))
+}
+
+/// Returns the joint bilateral weight of two pixels: Gaussian in depth difference and in 1 − N·N′. VF eq. 5, w_G.
+#[inline]
+pub fn geometric_weight(
+    depth_difference: f32,
+    normal_cosine: f32,
+    depth_deviation: f32,
+    normal_deviation: f32,
+) -> f32 {
+    gaussian_falloff(depth_difference, depth_deviation)
+        * gaussian_falloff(1.0 - saturate(normal_cosine), normal_deviation)
+}
+
+/// Returns `sum`/`count`, component by component, or 0 where the effective count N_c is 0. VF eq. 5.
+#[inline]
+pub fn mean_or_zero(sum: Vec3, count: f32) -> Vec3 {
+    if is_nan(count) || count < f32::MIN_POSITIVE {
+        return Vec3::ZERO;
+    }
+    Vec3::new(div(sum.x, count), div(sum.y, count), div(sum.z, count))
+}
+
+/// Returns whether two pixels exchange their lists of visible voxels: |Δz| ≤ limit and N·N′ ≥ limit. VF eq. 4.
+///
+/// Symmetric in the two pixels, and every pixel with a surface accepts itself: limits are moved into [0, …] and
+/// […, 1 − 2⁻²⁰]. False for NaN.
+#[inline]
+pub fn shares_visibility(
+    depth_difference: f32,
+    normal_cosine: f32,
+    max_depth_difference: f32,
+    min_normal_cosine: f32,
+) -> bool {
+    if is_nan(depth_difference) || is_nan(normal_cosine) {
+        return false;
+    }
+    abs(depth_difference) <= max(max_depth_difference, 0.0)
+        && normal_cosine >= min(min_normal_cosine, 1.0 - UNIT_TOLERANCE)
+}
