@@ -38,7 +38,8 @@ pub enum OutputError {
 
 /// Writes `bytes` to `path` through a file beside it, so that `path` is whole or untouched.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    let failed = |e: std::io::Error| OutputError::Write { path: path.display().to_string(), reason: e.to_string() };
+    let failed =
+        |e: std::io::Error| OutputError::Write { path: path.display().to_string(), reason: e.to_string() };
     let mut beside = path.as_os_str().to_owned();
     beside.push(format!(".{}.part", std::process::id()));
     let beside = PathBuf::from(beside);
@@ -93,7 +94,8 @@ impl Picture {
             Format::Png => self.png(exposure),
             Format::Exr => self.exr(),
         };
-        let bytes = bytes.map_err(|e| OutputError::Write { path: path.display().to_string(), reason: e.to_string() })?;
+        let bytes = bytes
+            .map_err(|e| OutputError::Write { path: path.display().to_string(), reason: e.to_string() })?;
         write_whole(path, &bytes)
     }
 
@@ -145,12 +147,17 @@ mod tests {
         picture.pixels[4] = Vec3::new(1.0e-7, 123.456, 9.0e6);
         picture.save(&path, 5.0).unwrap();
         assert_eq!(Picture::open_exr(&path).unwrap(), picture);
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "something was left beside the file");
+        assert_eq!(
+            std::fs::read_dir(folder.path()).unwrap().count(),
+            1,
+            "something was left beside the file"
+        );
     }
 
     #[test]
     fn srgb_bytes_are_the_standard_ones() {
-        let table = [(0.0, 0), (1.0, 255), (0.5, 188), (0.214_041_14, 127), (-1.0, 0), (7.0, 255), (f32::NAN, 0)];
+        let table =
+            [(0.0, 0), (1.0, 255), (0.5, 188), (0.214_041_14, 127), (-1.0, 0), (7.0, 255), (f32::NAN, 0)];
         for (linear, byte) in table {
             assert_eq!(srgb_byte(linear), byte, "{linear}");
         }
@@ -165,6 +172,9 @@ mod tests {
         std::fs::create_dir(&taken).unwrap();
         assert!(matches!(Picture::new(1, 1).save(&taken, 0.0), Err(OutputError::Write { .. })));
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
-        assert!(matches!(Picture::new(1, 1).save(Path::new("a.jpg"), 0.0), Err(OutputError::Extension { .. })));
+        assert!(matches!(
+            Picture::new(1, 1).save(Path::new("a.jpg"), 0.0),
+            Err(OutputError::Extension { .. })
+        ));
     }
 }

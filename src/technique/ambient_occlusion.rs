@@ -34,7 +34,15 @@ pub fn render<B: Backend>(
         };
         let mut openness = backend.alloc("openness", g.count() as usize)?;
         backend.ambient_openness(
-            &params, &g.surfaces, &w.nodes, &w.blocks, &w.triangles, &w.materials, &w.texels, &mut openness, g.count(),
+            &params,
+            &g.surfaces,
+            &w.nodes,
+            &w.blocks,
+            &w.triangles,
+            &w.materials,
+            &w.texels,
+            &mut openness,
+            g.count(),
         )?;
         seen.check(backend, "openness", &openness)?;
         let values = backend.download(&openness)?;

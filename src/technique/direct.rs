@@ -59,7 +59,14 @@ fn band_radiance<B: Backend>(
         std::mem::swap(&mut sum, &mut next);
         if let Some(gloss) = &g.gloss {
             backend.shade_specular(
-                &params, &g.surfaces, gloss, &world.lights, &visible, &sum, &mut next, count,
+                &params,
+                &g.surfaces,
+                gloss,
+                &world.lights,
+                &visible,
+                &sum,
+                &mut next,
+                count,
             )?;
             std::mem::swap(&mut sum, &mut next);
         }
@@ -74,7 +81,16 @@ fn band_radiance<B: Backend>(
         };
         let w = world;
         backend.gather_direct(
-            &params, &g.surfaces, &w.nodes, &w.blocks, &w.triangles, &w.materials, &w.texels, &sum, &mut next, count,
+            &params,
+            &g.surfaces,
+            &w.nodes,
+            &w.blocks,
+            &w.triangles,
+            &w.materials,
+            &w.texels,
+            &sum,
+            &mut next,
+            count,
         )?;
         std::mem::swap(&mut sum, &mut next);
     }
@@ -84,7 +100,15 @@ fn band_radiance<B: Backend>(
     }
     if world.has_environment {
         let environment = backend.upload("environment", &[world.environment])?;
-        backend.fill_background(&g.params, &environment, &g.surfaces, &world.texels, &sum, &mut next, count)?;
+        backend.fill_background(
+            &g.params,
+            &environment,
+            &g.surfaces,
+            &world.texels,
+            &sum,
+            &mut next,
+            count,
+        )?;
         std::mem::swap(&mut sum, &mut next);
     }
     seen.check(backend, "radiance", &sum)?;
@@ -102,7 +126,15 @@ fn visibility<B: Backend>(
     let w = world;
     let mut visible = backend.alloc("visibility", g.count() as usize)?;
     backend.light_visibility(
-        params, &g.surfaces, &w.lights, &w.nodes, &w.blocks, &w.triangles, &w.materials, &w.texels, &mut visible,
+        params,
+        &g.surfaces,
+        &w.lights,
+        &w.nodes,
+        &w.blocks,
+        &w.triangles,
+        &w.materials,
+        &w.texels,
+        &mut visible,
         g.count(),
     )?;
     let lights = params.light_count as f32;

@@ -43,17 +43,32 @@ impl<B: Backend> GBuffer<B> {
         let w = world;
         let mut hits = backend.alloc("hits", count as usize)?;
         backend.trace_primary(
-            &params, &w.nodes, &w.blocks, &w.triangles, &w.materials, &w.texels, &mut hits, count,
+            &params,
+            &w.nodes,
+            &w.blocks,
+            &w.triangles,
+            &w.materials,
+            &w.texels,
+            &mut hits,
+            count,
         )?;
         seen.check(backend, "hits", &hits)?;
         let mut surfaces = backend.alloc("surfaces", count as usize)?;
         backend.resolve_surfaces(
-            &params, &hits, &w.triangles, &w.materials, &w.texels, &mut surfaces, count,
+            &params,
+            &hits,
+            &w.triangles,
+            &w.materials,
+            &w.texels,
+            &mut surfaces,
+            count,
         )?;
         seen.check(backend, "surfaces", &surfaces)?;
         let first = pixels.start;
         seen.dump(backend, "albedo", &surfaces, first, |s: &Surface| s.diffuse.truncate())?;
-        seen.dump(backend, "normal", &surfaces, first, |s: &Surface| s.normal.truncate() * 0.5 + Vec3::splat(0.5))?;
+        seen.dump(backend, "normal", &surfaces, first, |s: &Surface| {
+            s.normal.truncate() * 0.5 + Vec3::splat(0.5)
+        })?;
         seen.dump(backend, "depth", &surfaces, first, |s: &Surface| Vec3::splat(s.position.w.max(0.0)))?;
         seen.dump(backend, "position", &surfaces, first, |s: &Surface| s.position.truncate())?;
         let mut g = Self { params, pixels, surfaces, gloss: None, emission: None };
@@ -73,7 +88,12 @@ impl<B: Backend> GBuffer<B> {
         if world.has_gloss {
             let mut gloss = backend.alloc("gloss", count as usize)?;
             backend.resolve_gloss(
-                &self.params, &self.surfaces, &world.materials, &world.texels, &mut gloss, count,
+                &self.params,
+                &self.surfaces,
+                &world.materials,
+                &world.texels,
+                &mut gloss,
+                count,
             )?;
             seen.check(backend, "gloss", &gloss)?;
             seen.dump(backend, "gloss", &gloss, first, |g: &Vec4| g.truncate())?;
@@ -82,7 +102,12 @@ impl<B: Backend> GBuffer<B> {
         if world.emits {
             let mut emission = backend.alloc("emission", count as usize)?;
             backend.resolve_emission(
-                &self.params, &self.surfaces, &world.materials, &world.texels, &mut emission, count,
+                &self.params,
+                &self.surfaces,
+                &world.materials,
+                &world.texels,
+                &mut emission,
+                count,
             )?;
             seen.check(backend, "emission", &emission)?;
             seen.dump(backend, "emission", &emission, first, |e: &Vec4| e.truncate())?;

@@ -120,7 +120,9 @@ fn count_non_finite<T: BufferElement>(values: &[T]) -> u64 {
     }
     let all: &[f32] = bytemuck::cast_slice(values);
     all.chunks_exact(words)
-        .map(|element| element.iter().zip(&is_float).filter(|&(x, &float)| float && !x.is_finite()).count() as u64)
+        .map(|element| {
+            element.iter().zip(&is_float).filter(|&(x, &float)| float && !x.is_finite()).count() as u64
+        })
         .sum()
 }
 
