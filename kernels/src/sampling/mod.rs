@@ -1,1 +1,8 @@
-//! Placeholder.
+//! Where are samples taken, and which share of the whole does each stand for?
+
+pub mod attenuation;
+pub mod halton;
+pub mod hash;
+pub mod hemisphere;
+pub mod roulette;
+pub mod voxel_hash;
