@@ -34,8 +34,8 @@ pub fn ray_disc(
 ) -> DiscHit {
     const MISS: DiscHit = DiscHit { hit: false, t: 0.0 };
     let largest = max_abs(direction);
-    let sum = (direction.x + direction.y) + direction.z;
-    if !is_finite(largest) || !is_finite(sum) || largest < MIN_POSITIVE || !(radius > 0.0) {
+    let finite = is_finite(direction.x) && is_finite(direction.y) && is_finite(direction.z);
+    if !finite || largest < MIN_POSITIVE || !(radius > 0.0) {
         return MISS;
     }
     // A power of two brings the largest component to [1, 2): neither 1e-38 nor 1e38 leaves the range of f32.
