@@ -12,7 +12,8 @@ use vector64::{Vector, exact};
 
 type Triangle = [Vec3; 3];
 
-/// The largest gap of a separating axis: > 0 apart, < 0 overlapping, 0 touching; exact for short dyadic inputs.
+/// The largest gap of a separating axis: > 0 apart, < 0 overlapping, 0 touching; exact for short dyadic
+/// inputs.
 ///
 /// `half` is half the cube's edge. Gaps are in units of the axis, which is normalised if `normalised`.
 fn gap(t: &Triangle, voxel: UVec3, half: f64, normalised: bool) -> f64 {

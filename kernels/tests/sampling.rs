@@ -40,7 +40,8 @@ fn the_hash_is_a_bijection_and_mixes() {
     assert!((mean - 0.5).abs() < 4.0 * (1.0f64 / 12.0).sqrt() / 512.0, "{mean}");
     // Each flipped bit of the input flips half of the output's.
     for bit in 0..32 {
-        let flips: u32 = (0..4096).map(|i| (hash(i * 7919) ^ hash(i * 7919 ^ (1 << bit))).count_ones()).sum();
+        let flips: u32 =
+            (0..4096).map(|i| (hash(i * 7919) ^ hash((i * 7919) ^ (1 << bit))).count_ones()).sum();
         let share = f64::from(flips) / (4096.0 * 32.0);
         assert!((share - 0.5).abs() < 0.02, "bit {bit}: {share}");
     }
@@ -110,7 +111,8 @@ fn halton_vectors_are_reproduced() {
 #[test]
 fn radical_inverses_are_below_one_and_stratified() {
     let mut random = Random::new(2);
-    let bases: [(u32, fn(u32) -> f32, u32); 3] = [
+    type Inverse = fn(u32) -> f32;
+    let bases: [(u32, Inverse, u32); 3] = [
         (3, radical_inverse_3, 3_486_784_401),
         (5, radical_inverse_5, 1_220_703_125),
         (7, radical_inverse_7, 1_977_326_743),

@@ -18,10 +18,10 @@ pub struct DiscHit {
 /// Returns where the ray meets the closed disc, from either side, with t in [t_min, t_max] (both included).
 ///
 /// `direction` and `normal` may have any length from 1e-18 to 1e18 (the direction any normal f32). Misses: a
-/// direction within 1e-6 rad of the plane, a zero or denormal direction, a zero normal, radius ≤ 0, and NaN or ±∞
-/// in any argument but t_max. t has a relative error of 3e-7 where centre − origin does not cancel. The rim is
-/// decided on (o − c)·den + d·num without a division: right when it is farther from the hit than 8·2⁻²⁴ of
-/// |o − c|.
+/// direction within 1e-6 rad of the plane, a zero or denormal direction, a zero normal, radius ≤ 0, and NaN
+/// anywhere or ±∞ in a vector or the radius. t has a relative error of 3e-7 where centre − origin does not
+/// cancel. The rim is decided on (o − c)·den + d·num without a division: right when it is farther from the
+/// hit than 16·2⁻²⁴ of |o − c| over the cosine between direction and normal.
 #[inline]
 pub fn ray_disc(
     origin: Vec3,

