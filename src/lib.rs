@@ -1,1 +1,17 @@
+//! How does a renderer get indirect illumination that a CPU and a GPU agree on?
+//!
+//! [`scene`] reads a glTF file or makes a built-in scene, in the buffers that the kernels of
+//! [`twinlight_kernels`] work on, and builds the tree that their rays walk.
+//!
+//! ```
+//! use twinlight::scene::{Scene, bvh::Bvh};
+//!
+//! let scene = Scene::open("cornell-box")?;
+//! let tree = Bvh::build(&scene.triangles, &scene.materials)?;
+//! assert!(tree.depth <= 21);
+//! # Ok::<(), twinlight::error::SceneError>(())
+//! ```
+#![forbid(unsafe_code)]
 
+pub mod error;
+pub mod scene;

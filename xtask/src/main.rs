@@ -1,1 +1,57 @@
-fn main() {}
+//! How is the project built and checked? Every step of CI is one of these commands.
+
+mod manifest;
+mod shaders;
+mod spirv;
+mod steps;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+#[derive(Parser)]
+#[command(name = "cargo xtask", about = "Build and check Twinlight")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Build the SPIR-V modules, or check that a rebuild gives the committed bytes
+    Shaders {
+        #[command(subcommand)]
+        action: shaders::Action,
+    },
+    /// Get the software Vulkan driver where possible, then run every test
+    Test {
+        /// Arguments for the test runner
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        rest: Vec<String>,
+    },
+    /// Check the formatting
+    Fmt,
+    /// Run clippy with warnings denied
+    Clippy,
+    /// Build the documentation with warnings denied
+    Doc,
+    /// Everything that CI runs: test, shaders check, fmt, clippy, doc
+    Ci,
+}
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Shaders { action } => shaders::run(action),
+        Command::Test { rest } => steps::test(&rest),
+        Command::Fmt => steps::fmt(),
+        Command::Clippy => steps::clippy(),
+        Command::Doc => steps::doc(),
+        Command::Ci => steps::ci(),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}

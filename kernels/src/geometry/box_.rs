@@ -15,6 +15,8 @@ pub const PADDING: f32 = 9.536_743e-7;
 const LEAST_PADDING: f32 = 1e-12;
 /// Direction components are kept at least this far from 0, so that inverses and slabs stay finite.
 const LEAST_DIRECTION: f32 = 1e-20;
+/// Its inverse; a constant, so that no division is left to run time.
+const LARGEST_INVERSE: f32 = 1.0 / LEAST_DIRECTION;
 /// 1 + 2γ(3) with γ(n) = n·2⁻²⁴/(1 − n·2⁻²⁴), rounded up.
 const FAR_FACTOR: f32 = 1.0 + 3.576_278_7e-7;
 
@@ -54,9 +56,9 @@ fn safe_inverse(d: f32) -> f32 {
     if abs(d) >= LEAST_DIRECTION {
         recip(d)
     } else if d < 0.0 {
-        -1.0 / LEAST_DIRECTION
+        -LARGEST_INVERSE
     } else {
-        1.0 / LEAST_DIRECTION
+        LARGEST_INVERSE
     }
 }
 

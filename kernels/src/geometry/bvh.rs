@@ -3,7 +3,9 @@
 //! A tree of four-wide nodes over blocks of four triangles, walked with an explicit stack. The four lanes are
 //! `Vec4` component-wise operations: SSE on a CPU, vectors in SPIR-V.
 
-use glam::{UVec4, Vec4};
+use super::box_::{BoxRay, four_boxes};
+use super::triangle::{TriangleRay, four_triangles};
+use glam::{UVec4, Vec3, Vec4};
 
 /// A lane of [`BvhNode::children`] without a child.
 pub const NO_CHILD: u32 = 0xFFFF_FFFF;
@@ -60,4 +62,162 @@ gpu_struct! {
         /// Triangle index with the [`MASKED`] bit, or [`NO_TRIANGLE`].
         pub triangles: UVec4,
     }
+}
+
+gpu_struct! {
+    /// What a ray meets first.
+    pub struct Hit {
+        /// Distance in lengths of the ray's direction; the ray's own end for a miss.
+        pub t: f32,
+        /// Weight of the triangle's second corner.
+        pub u: f32,
+        /// Weight of the triangle's third corner.
+        pub v: f32,
+        /// Triangle index, or [`NO_TRIANGLE`].
+        pub triangle: u32,
+    }
+}
+
+/// A ray and the part of it that counts.
+#[derive(Clone, Copy)]
+pub struct Ray {
+    /// Where it starts, metres.
+    pub origin: Vec3,
+    /// Where it goes; any length but 0.
+    pub direction: Vec3,
+    /// Start of the part that counts, in lengths of the direction, at least 0.
+    pub t_min: f32,
+    /// End of the part that counts.
+    pub t_max: f32,
+}
+
+/// Decides whether a meeting with a [`MASKED`] triangle counts.
+pub trait HitFilter {
+    /// Returns false where the triangle has a hole at (u, v).
+    fn accepts(&self, triangle: u32, u: f32, v: f32) -> bool;
+}
+
+/// Counts every meeting: for scenes without masked materials.
+#[derive(Clone, Copy)]
+pub struct AcceptAll;
+
+impl HitFilter for AcceptAll {
+    #[inline]
+    fn accepts(&self, _triangle: u32, _u: f32, _v: f32) -> bool {
+        true
+    }
+}
+
+/// Returns the nearest triangle that the ray meets, either side; `triangle` is [`NO_TRIANGLE`] for a miss.
+///
+/// The tree must satisfy [`STACK_SIZE`]; its root is node 0. Rays with NaN, or of length 0, meet nothing.
+#[inline]
+pub fn nearest_hit(nodes: &[BvhNode], blocks: &[TriangleBlock], ray: &Ray, filter: &impl HitFilter) -> Hit {
+    walk::<false>(nodes, blocks, ray, filter)
+}
+
+/// Returns whether the ray meets any triangle.
+#[inline]
+pub fn any_hit(nodes: &[BvhNode], blocks: &[TriangleBlock], ray: &Ray, filter: &impl HitFilter) -> bool {
+    walk::<true>(nodes, blocks, ray, filter).triangle != NO_TRIANGLE
+}
+
+/// Walks the tree front to back; with `ANY` the first meeting ends it.
+#[inline]
+fn walk<const ANY: bool>(
+    nodes: &[BvhNode],
+    blocks: &[TriangleBlock],
+    ray: &Ray,
+    filter: &impl HitFilter,
+) -> Hit {
+    let box_ray = BoxRay::new(ray.origin, ray.direction);
+    let triangle_ray = TriangleRay::new(ray.origin, ray.direction);
+    let mut hit = Hit { t: ray.t_max, u: 0.0, v: 0.0, triangle: NO_TRIANGLE };
+    if triangle_ray.lanes == 0 || !(ray.t_min <= ray.t_max) {
+        return hit;
+    }
+    let mut stack = [0u32; STACK_SIZE as usize];
+    let mut entry = [0.0f32; STACK_SIZE as usize];
+    let mut top = 0u32;
+    let mut current = 0u32;
+    loop {
+        let mut next = NO_CHILD;
+        if current & LEAF != 0 {
+            hit = intersect_leaf(blocks, current, &triangle_ray, ray.t_min, hit, filter);
+            if ANY && hit.triangle != NO_TRIANGLE {
+                return hit;
+            }
+        } else {
+            let node = &nodes[current as usize];
+            let (near, mask) = four_boxes(
+                node.min_x, node.max_x, node.min_y, node.max_y, node.min_z, node.max_z, &box_ray, ray.t_min,
+                hit.t,
+            );
+            let near = near.to_array();
+            let children = node.children.to_array();
+            let mut next_near = 0.0;
+            // The nearest child goes next, the others wait on the stack.
+            for lane in 0..4 {
+                if mask & (1 << lane) != 0 {
+                    let child = children[lane];
+                    let child_near = near[lane];
+                    let nearer = next == NO_CHILD || child_near < next_near;
+                    let (waiting, waiting_near) =
+                        if nearer { (next, next_near) } else { (child, child_near) };
+                    if nearer {
+                        next = child;
+                        next_near = child_near;
+                    }
+                    if waiting != NO_CHILD && top < STACK_SIZE {
+                        stack[top as usize] = waiting;
+                        entry[top as usize] = waiting_near;
+                        top += 1;
+                    }
+                }
+            }
+        }
+        while next == NO_CHILD {
+            if top == 0 {
+                return hit;
+            }
+            top -= 1;
+            if entry[top as usize] <= hit.t {
+                next = stack[top as usize];
+            }
+        }
+        current = next;
+    }
+}
+
+/// Returns the nearer of `hit` and what the ray meets in the blocks of a leaf.
+#[inline]
+fn intersect_leaf(
+    blocks: &[TriangleBlock],
+    leaf: u32,
+    ray: &TriangleRay,
+    t_min: f32,
+    hit: Hit,
+    filter: &impl HitFilter,
+) -> Hit {
+    let mut hit = hit;
+    let first = leaf & 0x0FFF_FFFF;
+    let count = ((leaf >> 28) & 7) + 1;
+    for index in first..first + count {
+        let b = &blocks[index as usize];
+        let four = four_triangles(b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, b.x2, b.y2, b.z2, ray, t_min, hit.t);
+        if four.mask != 0 {
+            let t = four.t.to_array();
+            let u = four.u.to_array();
+            let v = four.v.to_array();
+            let triangles = b.triangles.to_array();
+            for lane in 0..4 {
+                let id = triangles[lane];
+                let met = four.mask & (1 << lane) != 0 && id != NO_TRIANGLE && t[lane] <= hit.t;
+                if met && (id & MASKED == 0 || filter.accepts(id & !MASKED, u[lane], v[lane])) {
+                    hit = Hit { t: t[lane], u: u[lane], v: v[lane], triangle: id & !MASKED };
+                }
+            }
+        }
+    }
+    hit
 }

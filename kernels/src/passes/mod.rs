@@ -1,3 +1,50 @@
-//! Which work items run over buffers?
+//! Which work items run over buffers, and what binds to each?
+//!
+//! A pass is one of two shapes:
+//!
+//! - **map**: `fn(index, &Params, inputs…) -> Output`; the dispatcher stores the value at `index`.
+//! - **scatter**: `fn(index, &Params, inputs…, &mut impl Accumulate)`; the output takes only commutative,
+//!   associative integer operations, so its sum does not depend on the order of threads.
+//!
+//! All of them stand in one list, [`for_each_pass!`](crate::for_each_pass). Work items never ask a slice for its
+//! length: counts come in the parameters, because an empty buffer cannot be bound on a GPU.
 
+mod accumulate;
+pub mod elementary;
+pub mod gather;
+pub mod layout_report;
+pub mod light;
+mod list;
+pub mod material;
+pub mod reduction;
+pub mod scan;
 pub mod scene;
+pub mod sort;
+pub mod surface;
+
+pub use accumulate::{Accumulate, Launch};
+pub use elementary::evaluate_elementary;
+pub use gather::{ambient_openness, fill_background, gather_direct};
+pub use layout_report::report_layout;
+pub use light::{light_visibility, shade_diffuse, shade_specular};
+pub use list::{BindingInfo, PASSES, PassInfo, PassTiming, Shape, Tolerance, info};
+pub use reduction::reduce_sum;
+pub use scan::{add_block_offsets, block_sums, compact_indices, scan_blocks};
+pub use sort::{count_digits, place_by_digit};
+pub use surface::{resolve_emission, resolve_gloss, resolve_surfaces, trace_primary};
+
+/// Every type that the pass list names, for the places that call [`for_each_pass!`](crate::for_each_pass).
+pub mod elements {
+    pub use super::elementary::ElementaryParams;
+    pub use super::gather::GatherParams;
+    pub use super::layout_report::LayoutParams;
+    pub use super::light::LightParams;
+    pub use super::list::Tolerance;
+    pub use super::reduction::ReduceParams;
+    pub use super::scan::{CompactParams, ScanParams};
+    pub use super::scene::{Light, Material, Triangle};
+    pub use super::sort::DigitParams;
+    pub use super::surface::{CameraParams, Surface};
+    pub use crate::geometry::bvh::{BvhNode, Hit, TriangleBlock};
+    pub use glam::{UVec4, Vec4};
+}

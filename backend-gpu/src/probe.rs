@@ -1,0 +1,127 @@
+//! Does this device compute as the CPU does?
+
+use crate::{Gpu, GpuError, Variant};
+use twinlight_kernels::passes::elementary::{evaluate_elementary, function};
+use twinlight_kernels::passes::elements::ElementaryParams;
+
+/// What a device does with floats, found by running the elementary functions on it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Probe {
+    /// SPIR-V reaches the driver unchanged.
+    pub passthrough: bool,
+    /// (x + y) − x is not simplified when decorated with `NoContraction`.
+    pub sums_kept: bool,
+    /// x·y + x is rounded twice when decorated with `NoContraction`.
+    pub products_rounded: bool,
+    /// The device's own division is correctly rounded.
+    pub division: bool,
+    /// The device's own square root is correctly rounded.
+    pub square_root: bool,
+    /// Denormal results of multiplication are kept (either way is fine for strict kernels).
+    pub denormals: bool,
+    /// floor and conversion to integers are exact.
+    pub conversions: bool,
+    /// Every elementary function gives the CPU's bits, with division and square root in software.
+    pub elementary: bool,
+}
+
+impl Probe {
+    /// The modules that give the CPU's bits on this device, or why none do.
+    pub fn strict_variant(&self) -> Result<Variant, String> {
+        let needs = [
+            (self.passthrough, "it does not load SPIR-V unchanged (no shader passthrough)"),
+            (self.sums_kept, "it re-associates decorated sums"),
+            (self.products_rounded, "it contracts decorated products"),
+            (self.conversions, "floor or conversion to integers is not exact"),
+            (self.elementary, "the elementary functions differ from the CPU's"),
+        ];
+        for (holds, reason) in needs {
+            if !holds {
+                return Err(reason.into());
+            }
+        }
+        Ok(if self.division && self.square_root { Variant::StrictNative } else { Variant::Strict })
+    }
+}
+
+/// Hard pairs: mantissas near 1, near 2 and near each other, over moderate exponents.
+fn pairs() -> (Vec<f32>, Vec<f32>) {
+    let mut state = 0x2545_F491u32;
+    let mut next = || {
+        state ^= state << 13;
+        state ^= state >> 17;
+        state ^= state << 5;
+        state
+    };
+    let mut x = Vec::new();
+    let mut y = Vec::new();
+    for i in 0..4096u32 {
+        let a = next() & 0x007F_FFFF;
+        let b = match i % 4 {
+            0 => next() & 0x007F_FFFF,
+            1 => 0x007F_FFFF - (next() & 0xFF),
+            2 => (a + (next() & 3)) & 0x007F_FFFF,
+            _ => next() & 0xFF,
+        };
+        let exponent = |r: u32| 110 + (r % 34);
+        x.push(f32::from_bits(a | (exponent(next()) << 23) | (next() & 0x8000_0000)));
+        y.push(f32::from_bits(b | (exponent(next()) << 23)));
+    }
+    (x, y)
+}
+
+/// Equal bits, any NaN equal to any NaN, −0 equal to 0, results below 2⁻¹²⁶ equal to 0.
+fn same(a: f32, b: f32) -> bool {
+    let flush = |v: f32| if v.abs() < f32::MIN_POSITIVE { 0.0 } else { v };
+    (a.is_nan() && b.is_nan()) || flush(a) == flush(b)
+}
+
+impl Gpu {
+    /// Runs the probe; leaves the modules in use as they were.
+    pub fn run_probe(&mut self) -> Result<Probe, GpuError> {
+        let mut probe = Probe {
+            passthrough: self.has_passthrough(),
+            sums_kept: false,
+            products_rounded: false,
+            division: false,
+            square_root: false,
+            denormals: false,
+            conversions: false,
+            elementary: false,
+        };
+        if !probe.passthrough {
+            return Ok(probe);
+        }
+        let before = self.variant();
+        self.set_variant(Variant::StrictNative);
+        probe.division = self.agrees(function::DIV)?;
+        probe.square_root = self.agrees(function::SQRT)?;
+        self.set_variant(Variant::Strict);
+        probe.sums_kept = self.agrees(function::ADD_SUBTRACT)?;
+        probe.products_rounded = self.agrees(function::MULTIPLY_ADD)?;
+        probe.conversions = self.agrees(function::FLOOR)? && self.agrees(function::TO_INTEGER)?;
+        probe.elementary = true;
+        for f in function::EXP2..=function::DIV {
+            probe.elementary &= self.agrees(f)?;
+        }
+        probe.denormals = self.evaluate(function::MULTIPLY, &[1.0e-20], &[1.0e-20])?[0] != 0.0;
+        self.set_variant(before);
+        self.take_timings()?;
+        Ok(probe)
+    }
+
+    fn agrees(&mut self, which: u32) -> Result<bool, GpuError> {
+        let (x, y) = pairs();
+        let params = ElementaryParams { function: which, ..Default::default() };
+        let got = self.evaluate(which, &x, &y)?;
+        Ok(got.iter().enumerate().all(|(i, &g)| same(g, evaluate_elementary(i as u32, &params, &x, &y))))
+    }
+
+    fn evaluate(&mut self, which: u32, x: &[f32], y: &[f32]) -> Result<Vec<f32>, GpuError> {
+        let params = ElementaryParams { function: which, ..Default::default() };
+        let (bx, by) = (self.upload("probe x", x)?, self.upload("probe y", y)?);
+        let mut out = self.alloc("probe result", x.len())?;
+        self.evaluate_elementary(&params, &bx, &by, &mut out, x.len() as u32)?;
+        self.download(&out)
+    }
+}

@@ -1,0 +1,73 @@
+//! Where do the members of each buffer element lie, as this backend's compiler sees it?
+//!
+//! The pass reports size, alignment and offsets from the device; a test compares them with the host's.
+
+use crate::geometry::bvh::{BvhNode, Hit, TriangleBlock};
+use crate::passes::gather::GatherParams;
+use crate::passes::light::LightParams;
+use crate::passes::scene::{Light, Material, Triangle};
+use crate::passes::surface::{CameraParams, Surface};
+
+gpu_struct! {
+    /// Parameters of [`report_layout`].
+    pub struct LayoutParams {
+        /// Padding: the pass needs none.
+        pub pad0: u32,
+        /// Padding.
+        pub pad1: u32,
+        /// Padding.
+        pub pad2: u32,
+        /// Padding.
+        pub pad3: u32,
+    }
+}
+
+macro_rules! layout_words {
+    ($($Type:ident { $($field:ident),* })*) => {
+        /// The layout of every listed element: size in bytes, then the byte offset of each member.
+        pub const LAYOUT_WORDS: &[u32] = &[$(
+            core::mem::size_of::<$Type>() as u32,
+            $(core::mem::offset_of!($Type, $field) as u32,)*
+        )*];
+        /// What each word of [`LAYOUT_WORDS`] is.
+        #[cfg(not(target_arch = "spirv"))]
+        pub const LAYOUT_NAMES: &[&str] = &[$(
+            stringify!($Type),
+            $(concat!(stringify!($Type), ".", stringify!($field)),)*
+        )*];
+
+        /// Returns word `index` of [`LAYOUT_WORDS`] as this backend's compiler laid the elements out; 0 beyond.
+        #[inline]
+        #[allow(unused_assignments)]
+        pub fn report_layout(index: u32, params: &LayoutParams) -> u32 {
+            let _ = params;
+            let mut word = 0u32;
+            let mut found = 0u32;
+            $(
+                if word == index { found = core::mem::size_of::<$Type>() as u32; }
+                word += 1;
+                $(
+                    if word == index { found = core::mem::offset_of!($Type, $field) as u32; }
+                    word += 1;
+                )*
+            )*
+            found
+        }
+    };
+}
+
+layout_words! {
+    BvhNode { min_x, max_x, min_y, max_y, min_z, max_z, children }
+    TriangleBlock { x0, y0, z0, x1, y1, z1, x2, y2, z2, triangles }
+    Triangle { p0, p1, p2, n0, n1, n2, material }
+    Material {
+        base, emission, metallic, roughness, cutoff, flags, base_texture, base_size, rough_texture, rough_size,
+        emission_texture, emission_size
+    }
+    Light { position, direction, intensity, kind, inner, outer }
+    Hit { t, u, v, triangle }
+    Surface { position, normal, diffuse, triangle, material, u, v }
+    CameraParams { eye, right, up, forward, width, first_pixel, pixel_width, pixel_height }
+    LightParams { eye, first_light, light_count }
+    GatherParams { environment, map, rays, seed, flags, falloff, first_pixel, reach }
+}

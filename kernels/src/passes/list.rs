@@ -1,0 +1,190 @@
+//! Which passes exist? The one list that entry points, dispatchers, bindings, tests and benchmarks follow.
+
+use crate::layout::{Element, Field};
+
+/// Calls `callback!` with every pass.
+///
+/// Each entry reads `shape name(Params; binding input: Element, …) -> binding output: Element, tolerance;` where
+/// `tolerance` says how far the *fast* GPU result may lie from the strict one. Adding a pass is a function and a
+/// parameter struct in this folder, a re-export in `passes/mod.rs`, and one line here.
+#[macro_export]
+macro_rules! for_each_pass {
+    ($callback:ident) => {
+        $callback! {
+            /// Elementary functions over arrays.
+            map evaluate_elementary(ElementaryParams; 1 x: f32, 2 y: f32) -> 3 values: f32,
+                Tolerance::Relative { relative: 2e-3, absolute: 3e-4, flips: 0.05 };
+            /// Sizes and offsets of the buffer elements.
+            map report_layout(LayoutParams;) -> 1 words: u32, Tolerance::Exact;
+            /// Sums of blocks of counts.
+            map block_sums(ScanParams; 1 values: u32) -> 2 sums: u32, Tolerance::Exact;
+            /// Exclusive scan within blocks.
+            map scan_blocks(ScanParams; 1 values: u32) -> 2 within: u32, Tolerance::Exact;
+            /// Exclusive scan over all blocks.
+            map add_block_offsets(ScanParams; 1 within: u32, 2 offsets: u32) -> 3 scanned: u32, Tolerance::Exact;
+            /// Indices of the items that carry a flag.
+            scatter compact_indices(CompactParams; 1 flags: u32, 2 places: u32) -> 3 indices: u32, Tolerance::Exact;
+            /// Histogram of a digit per block of keys.
+            scatter count_digits(DigitParams; 1 items: u32) -> 2 counts: u32, Tolerance::Exact;
+            /// Stable placement by a digit.
+            scatter place_by_digit(DigitParams; 1 items: u32, 2 offsets: u32) -> 3 sorted: u32, Tolerance::Exact;
+            /// Sums of eight vectors as a binary tree.
+            map reduce_sum(ReduceParams; 1 values: Vec4) -> 2 sums: Vec4,
+                Tolerance::Relative { relative: 1e-6, absolute: 1e-6, flips: 0.0 };
+            /// What the ray through each pixel meets first.
+            map trace_primary(CameraParams; 1 nodes: BvhNode, 2 blocks: TriangleBlock, 3 triangles: Triangle,
+                4 materials: Material, 5 texels: u32) -> 6 hits: Hit,
+                Tolerance::Relative { relative: 1e-4, absolute: 1e-4, flips: 5e-3 };
+            /// The surface at each hit.
+            map resolve_surfaces(CameraParams; 1 hits: Hit, 2 triangles: Triangle, 3 materials: Material,
+                4 texels: u32) -> 5 surfaces: Surface,
+                Tolerance::Relative { relative: 1e-4, absolute: 1e-4, flips: 5e-3 };
+            /// Specular colour and exponent of each surface.
+            map resolve_gloss(CameraParams; 1 surfaces: Surface, 2 materials: Material, 3 texels: u32) -> 4 gloss: Vec4,
+                Tolerance::Relative { relative: 1e-4, absolute: 1e-5, flips: 0.0 };
+            /// Emitted radiance of each surface.
+            map resolve_emission(CameraParams; 1 surfaces: Surface, 2 materials: Material, 3 texels: u32)
+                -> 4 radiance: Vec4, Tolerance::Relative { relative: 1e-4, absolute: 1e-5, flips: 0.0 };
+            /// Shadow rays: which lights each surface sees.
+            map light_visibility(LightParams; 1 surfaces: Surface, 2 lights: Light, 3 nodes: BvhNode,
+                4 blocks: TriangleBlock, 5 triangles: Triangle, 6 materials: Material, 7 texels: u32)
+                -> 8 visible: u32, Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 5e-3 };
+            /// Diffuse reflection of the visible lights.
+            map shade_diffuse(LightParams; 1 surfaces: Surface, 2 lights: Light, 3 visibility: u32, 4 previous: Vec4)
+                -> 5 radiance: Vec4, Tolerance::Relative { relative: 1e-3, absolute: 1e-4, flips: 1e-2 };
+            /// Specular reflection of the visible lights.
+            map shade_specular(LightParams; 1 surfaces: Surface, 2 gloss: Vec4, 3 lights: Light, 4 visibility: u32,
+                5 previous: Vec4) -> 6 radiance: Vec4,
+                Tolerance::Relative { relative: 1e-2, absolute: 1e-3, flips: 1e-2 };
+            /// Diffuse reflection of the environment and of emissive surfaces.
+            map gather_direct(GatherParams; 1 surfaces: Surface, 2 nodes: BvhNode, 3 blocks: TriangleBlock,
+                4 triangles: Triangle, 5 materials: Material, 6 texels: u32, 7 previous: Vec4) -> 8 radiance: Vec4,
+                Tolerance::Relative { relative: 1e-2, absolute: 1e-3, flips: 0.05 };
+            /// Cosine-weighted openness of each surface.
+            map ambient_openness(GatherParams; 1 surfaces: Surface, 2 nodes: BvhNode, 3 blocks: TriangleBlock,
+                4 triangles: Triangle, 5 materials: Material, 6 texels: u32) -> 7 openness: f32,
+                Tolerance::Relative { relative: 1e-3, absolute: 1e-3, flips: 0.05 };
+            /// The environment behind the surfaces.
+            map fill_background(CameraParams; 1 environment: GatherParams, 2 surfaces: Surface, 3 texels: u32,
+                4 previous: Vec4) -> 5 radiance: Vec4,
+                Tolerance::Relative { relative: 1e-2, absolute: 1e-3, flips: 1e-2 };
+        }
+    };
+}
+
+/// How work items write their output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// One value at the item's own index.
+    Map,
+    /// Integer accumulation anywhere.
+    Scatter,
+}
+
+/// How far the fast GPU result of a pass may lie from the strict one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tolerance {
+    /// The same bits (±0 equal): integer passes.
+    Exact,
+    /// Each float within `relative`·|strict| + `absolute`, but for a share `flips` of the elements.
+    Relative {
+        /// Allowed relative difference.
+        relative: f32,
+        /// Allowed absolute difference.
+        absolute: f32,
+        /// Share of elements that may differ by any amount because a comparison went the other way.
+        flips: f32,
+    },
+}
+
+/// What binds to one binding of a pass.
+#[derive(Clone, Copy, Debug)]
+pub struct BindingInfo {
+    /// Binding number in descriptor set 0; binding 0 is the [`super::Launch`] block.
+    pub binding: u32,
+    /// The argument's name.
+    pub name: &'static str,
+    /// The element type's name.
+    pub element: &'static str,
+    /// Bytes of one element.
+    pub stride: u32,
+    /// The element's members.
+    pub fields: &'static [Field],
+}
+
+/// What a dispatcher has to know of a pass.
+#[derive(Clone, Copy, Debug)]
+pub struct PassInfo {
+    /// The name of the function and of the SPIR-V entry point.
+    pub name: &'static str,
+    /// How it writes.
+    pub shape: Shape,
+    /// Bytes of the parameter struct.
+    pub params_size: u32,
+    /// Its inputs in order of binding.
+    pub inputs: &'static [BindingInfo],
+    /// Its output, the last binding.
+    pub output: BindingInfo,
+    /// The tolerance of the fast mode.
+    pub tolerance: Tolerance,
+}
+
+/// How long one run of a pass took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PassTiming {
+    /// The pass.
+    pub pass: &'static str,
+    /// Its work items.
+    pub items: u32,
+    /// Bytes of the buffers bound to it.
+    pub bytes: u64,
+    /// Wall time on the CPU, device time on a GPU; NaN where the device has no timestamps.
+    pub nanoseconds: f64,
+}
+
+const fn binding_info<T: Element>(binding: u32, name: &'static str) -> BindingInfo {
+    BindingInfo {
+        binding,
+        name,
+        element: T::NAME,
+        stride: core::mem::size_of::<T>() as u32,
+        fields: T::FIELDS,
+    }
+}
+
+macro_rules! shape {
+    (map) => {
+        Shape::Map
+    };
+    (scatter) => {
+        Shape::Scatter
+    };
+}
+
+macro_rules! describe {
+    ($($(#[$doc:meta])* $shape:ident $name:ident($params:ty; $($binding:tt $input:ident: $element:ty),*)
+        -> $out_binding:tt $output:ident: $out_element:ty, $tolerance:expr;)*) => {
+        /// The description of each pass, under the pass's name.
+        #[allow(non_upper_case_globals)]
+        pub mod info {
+            use super::*;
+            use crate::passes::elements::*;
+            $(
+                $(#[$doc])*
+                pub const $name: PassInfo = PassInfo {
+                    name: stringify!($name),
+                    shape: shape!($shape),
+                    params_size: core::mem::size_of::<$params>() as u32,
+                    inputs: &[$(binding_info::<$element>($binding, stringify!($input)),)*],
+                    output: binding_info::<$out_element>($out_binding, stringify!($output)),
+                    tolerance: $tolerance,
+                };
+            )*
+        }
+
+        /// Every pass, in the order of the list.
+        pub const PASSES: &[PassInfo] = &[$(info::$name,)*];
+    };
+}
+
+for_each_pass!(describe);

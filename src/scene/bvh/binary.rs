@@ -1,0 +1,232 @@
+//! How are triangles clustered into a binary tree, and how is a subtree halved when the clusters are too deep?
+
+use crate::scene::Bounds;
+use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use twinlight_kernels::geometry::bvh::MAX_LEAF_BLOCKS;
+
+/// Beyond this depth reinsertion is stopped: the library's own stack holds 96 levels.
+const MAX_BINARY_DEPTH: u32 = 72;
+/// Part of the nodes that each pass of reinsertion tries to move, largest first.
+const REINSERTION_RATIO: f32 = 0.2;
+/// Cost of visiting a binary node, in tests of a block of four triangles.
+const NODE_COST: f64 = 0.5;
+
+/// A binary tree whose subtrees are ranges of one order of the triangles.
+pub struct Binary {
+    /// Triangle indices; every subtree is a range.
+    order: Vec<u32>,
+    nodes: Vec<Node>,
+}
+
+#[derive(Clone, Copy)]
+struct Node {
+    bounds: Bounds,
+    first: u32,
+    count: u32,
+    left: u32,
+    right: u32,
+    leaf: bool,
+}
+
+/// A range of [`Binary::order`], cut up either by the tree or by count.
+#[derive(Clone, Copy, Debug)]
+pub struct Subtree {
+    first: u32,
+    count: u32,
+    /// Node of the tree; [`BY_COUNT`] when the range is halved by count.
+    node: u32,
+}
+
+const BY_COUNT: u32 = u32::MAX;
+
+impl Subtree {
+    pub fn len(&self) -> usize {
+        self.count as usize
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// The same triangles, to be halved by count from now on.
+    pub fn by_count(self) -> Self {
+        Self { node: BY_COUNT, ..self }
+    }
+
+    pub fn is_by_count(&self) -> bool {
+        self.node == BY_COUNT
+    }
+}
+
+impl Binary {
+    /// Builds the tree over finite boxes.
+    pub fn build(bounds: &[Bounds]) -> Self {
+        if bounds.is_empty() {
+            return Self { order: vec![], nodes: vec![] };
+        }
+        Self::flatten(&cluster(bounds), bounds)
+    }
+
+    /// The whole tree.
+    pub fn root(&self) -> Subtree {
+        Subtree {
+            first: 0,
+            count: self.order.len() as u32,
+            node: if self.nodes.is_empty() { BY_COUNT } else { 0 },
+        }
+    }
+
+    /// Whether the subtree is to be a leaf.
+    pub fn is_leaf(&self, subtree: Subtree) -> bool {
+        if subtree.is_by_count() { subtree.count <= 4 } else { self.nodes[subtree.node as usize].leaf }
+    }
+
+    /// Its triangles.
+    pub fn triangles(&self, subtree: Subtree) -> &[u32] {
+        &self.order[subtree.first as usize..(subtree.first + subtree.count) as usize]
+    }
+
+    /// The exact box around its triangles.
+    pub fn bounds(&self, bounds: &[Bounds], subtree: Subtree) -> Bounds {
+        if !subtree.is_by_count() {
+            return self.nodes[subtree.node as usize].bounds;
+        }
+        self.triangles(subtree).iter().fold(Bounds::EMPTY, |all, &i| all.union(bounds[i as usize]))
+    }
+
+    /// The two parts of a subtree that is not a leaf.
+    pub fn open(&mut self, bounds: &[Bounds], subtree: Subtree) -> (Subtree, Subtree) {
+        if subtree.is_by_count() {
+            return self.halve(bounds, subtree);
+        }
+        let node = self.nodes[subtree.node as usize];
+        let part = |child: u32| {
+            let n = &self.nodes[child as usize];
+            Subtree { first: n.first, count: n.count, node: child }
+        };
+        (part(node.left), part(node.right))
+    }
+
+    /// Sorts a range by the centre along its longest axis and cuts it in the middle, at a multiple of four.
+    fn halve(&mut self, bounds: &[Bounds], subtree: Subtree) -> (Subtree, Subtree) {
+        let centre = |i: u32| bounds[i as usize].centre();
+        let around = self.triangles(subtree).iter().fold(Bounds::EMPTY, |all, &i| {
+            let c = centre(i);
+            all.union(Bounds { min: c, max: c })
+        });
+        let size = around.size();
+        let axis =
+            if size.x >= size.y && size.x >= size.z { 0 } else { if size.y >= size.z { 1 } else { 2 } };
+        let left = subtree.count.div_ceil(2).next_multiple_of(4);
+        let range = &mut self.order[subtree.first as usize..(subtree.first + subtree.count) as usize];
+        range.select_nth_unstable_by(left as usize, |&i, &j| {
+            centre(i)[axis].total_cmp(&centre(j)[axis]).then(i.cmp(&j))
+        });
+        (
+            Subtree { count: left, ..subtree },
+            Subtree { first: subtree.first + left, count: subtree.count - left, ..subtree },
+        )
+    }
+
+    /// Lays the library's tree out in depth-first order, with exact boxes and the leaves that pay off.
+    fn flatten(tree: &Bvh2, bounds: &[Bounds]) -> Self {
+        let mut order = Vec::with_capacity(bounds.len());
+        let mut nodes: Vec<Node> = Vec::with_capacity(tree.nodes.len());
+        // Node of the library's tree, and the parent here whose right child it is.
+        let mut stack = vec![(0u32, None::<u32>)];
+        while let Some((source, right_of)) = stack.pop() {
+            let index = nodes.len() as u32;
+            if let Some(parent) = right_of {
+                nodes[parent as usize].right = index;
+            }
+            let node = &tree.nodes[source as usize];
+            let first = order.len() as u32;
+            let (left, right) = (index + 1, 0);
+            nodes.push(Node { bounds: Bounds::EMPTY, first, count: 0, left, right, leaf: node.is_leaf() });
+            if node.is_leaf() {
+                let from = node.first_index as usize;
+                order.extend_from_slice(&tree.primitive_indices[from..from + node.prim_count as usize]);
+                nodes[index as usize].count = node.prim_count;
+            } else {
+                stack.push((node.first_index + 1, Some(index)));
+                stack.push((node.first_index, None));
+            }
+        }
+        let mut tree = Self { order, nodes };
+        tree.choose_leaves(bounds);
+        tree
+    }
+
+    /// From the bottom up: boxes, counts, and whether a leaf is cheaper than its two parts.
+    fn choose_leaves(&mut self, bounds: &[Bounds]) {
+        let mut costs = vec![0.0f64; self.nodes.len()];
+        // Children follow their parents.
+        for index in (0..self.nodes.len()).rev() {
+            let mut node = self.nodes[index];
+            let mut split_cost = f64::INFINITY;
+            if node.leaf {
+                let range = node.first as usize..(node.first + node.count) as usize;
+                node.bounds =
+                    self.order[range].iter().fold(Bounds::EMPTY, |all, &i| all.union(bounds[i as usize]));
+            } else {
+                let (left, right) = (node.left as usize, node.right as usize);
+                node.count = self.nodes[left].count + self.nodes[right].count;
+                node.bounds = self.nodes[left].bounds.union(self.nodes[right].bounds);
+                split_cost = costs[left] + costs[right] + NODE_COST * half_area(&node.bounds);
+            }
+            let blocks = node.count.div_ceil(4);
+            let leaf_cost = f64::from(blocks) * half_area(&node.bounds);
+            node.leaf = node.leaf || blocks <= 1 || (blocks <= MAX_LEAF_BLOCKS && leaf_cost <= split_cost);
+            costs[index] = if node.leaf { leaf_cost } else { split_cost };
+            self.nodes[index] = node;
+        }
+    }
+}
+
+/// In f64: boxes of 1e18 m have an area that f32 sums can't hold.
+fn half_area(bounds: &Bounds) -> f64 {
+    let s = bounds.size().as_dvec3();
+    s.x * s.y + s.y * s.z + s.z * s.x
+}
+
+/// Runs the library: clustering, then reinsertion as long as the tree stays shallow.
+fn cluster(bounds: &[Bounds]) -> Bvh2 {
+    // A power of two brings the largest coordinate to about 1, so that no area over- or underflows.
+    let largest = bounds.iter().fold(0.0f32, |m, b| m.max(b.min.abs().max(b.max.abs()).max_element()));
+    let scale = if largest > 0.0 { f64::from(largest).log2().floor().exp2().recip() as f32 } else { 1.0 };
+    let boxes: Vec<obvhs::aabb::Aabb> = bounds
+        .iter()
+        .map(|b| obvhs::aabb::Aabb::new((b.min * scale).into(), (b.max * scale).into()))
+        .collect();
+    let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
+        PlocSearchDistance::High,
+        &boxes,
+        (0..boxes.len() as u32).collect(),
+        SortPrecision::U128,
+        2,
+    );
+    let mut optimizer = ReinsertionOptimizer::default();
+    for n in (1..32).step_by(2) {
+        if depth(&tree) > MAX_BINARY_DEPTH {
+            break;
+        }
+        optimizer.run(&mut tree, REINSERTION_RATIO, Some(vec![1.0 / n as f32]));
+    }
+    tree
+}
+
+/// Levels below the root.
+fn depth(tree: &Bvh2) -> u32 {
+    let mut deepest = 0;
+    let mut stack = vec![(0u32, 0u32)];
+    while let Some((index, level)) = stack.pop() {
+        deepest = deepest.max(level);
+        let node = &tree.nodes[index as usize];
+        if !node.is_leaf() {
+            stack.push((node.first_index, level + 1));
+            stack.push((node.first_index + 1, level + 1));
+        }
+    }
+    deepest
+}

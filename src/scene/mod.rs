@@ -1,0 +1,161 @@
+//! What is to be rendered: which triangles, materials, textures, lights, surroundings and camera?
+//!
+//! Everything is in world space, in metres, y up, and already in the elements of the buffers that kernels read.
+
+mod bounds;
+mod builtin;
+pub mod bvh;
+mod camera;
+mod environment;
+mod gltf_accessor;
+mod gltf_file;
+mod gltf_material;
+mod gltf_node;
+mod gltf_texture;
+pub mod light;
+
+pub use bounds::Bounds;
+pub use camera::{Camera, CameraFrame};
+pub use environment::{Environment, EnvironmentMap};
+
+use crate::error::SceneError;
+use glam::Vec3;
+use std::path::Path;
+use twinlight_kernels::passes::scene::{
+    LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, Light, MATERIAL_MASKED, Material, NO_TEXTURE, Triangle,
+};
+
+/// The names that [`Scene::open`] takes besides files.
+pub const BUILT_IN: [&str; 3] = ["cornell-box", "cornell-glossy", "spheres"];
+
+/// A scene, ready for [`bvh::Bvh::build`] and for upload.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Scene {
+    /// The file's name without folder and extension, or the built-in's name.
+    pub name: String,
+    /// Every triangle, in the order of the file; at least one, at most [`bvh::MAX_TRIANGLES`].
+    pub triangles: Vec<Triangle>,
+    /// The materials that triangles index; at least one.
+    pub materials: Vec<Material>,
+    /// All textures: two words a texel, linear 16-bit unorm r | g << 16 and b | a << 16, rows from the top.
+    ///
+    /// A material's texture index counts texels: its first word is at twice the index.
+    pub texels: Vec<u32>,
+    /// Lights of the file; may be empty (see [`light::default_light`]).
+    pub lights: Vec<Light>,
+    /// What rays see that leave the scene.
+    pub environment: Environment,
+    /// The scene's own camera; see [`Scene::view`].
+    pub camera: Option<Camera>,
+    /// Spheres that stand in for characters; empty but for the built-in `spheres`.
+    pub proxies: Vec<Sphere>,
+    /// What a file had that is not in the scene.
+    pub dropped: Dropped,
+    /// One line for each thing of the file that was ignored or replaced.
+    pub warnings: Vec<String>,
+}
+
+/// A sphere of a character's rough shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    /// Centre, metres.
+    pub centre: Vec3,
+    /// Radius, metres, positive.
+    pub radius: f32,
+    /// Which character it belongs to: 0, 1, …
+    pub character: u32,
+}
+
+/// Counts of what a file had that is not in the scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dropped {
+    /// Triangles of no area.
+    pub zero_area: u64,
+    /// Primitives of points or lines.
+    pub points_and_lines: u64,
+    /// Vertex normals of length 0, replaced by the face's normal.
+    pub zero_normals: u64,
+}
+
+/// What a scene has, as far as it decides which effects are needed. Only materials in use count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Census {
+    /// Number of triangles.
+    pub triangles: u64,
+    /// Number of materials in use.
+    pub materials: u64,
+    /// Whether some surface has a roughness below 1 or is metallic.
+    pub has_gloss: bool,
+    /// Whether some surface emits when it is allowed to.
+    pub has_emission: bool,
+    /// Whether some surface has holes.
+    pub has_masked: bool,
+    /// Number of point lights.
+    pub points: u64,
+    /// Number of spot lights.
+    pub spots: u64,
+    /// Number of suns.
+    pub suns: u64,
+    /// Whether the surroundings give light.
+    pub has_environment: bool,
+}
+
+impl Scene {
+    /// Opens a `.glb` or `.gltf` file, or makes the built-in scene of that name (see [`BUILT_IN`]).
+    ///
+    /// A built-in's name wins over a file of the same name, as it has no extension. Albedo, metallic, roughness and
+    /// alpha are clamped to [0, 1].
+    ///
+    /// # Errors
+    /// One line that says what is wrong where: unknown name, unreadable or malformed file, impossible values,
+    /// nothing to render, too much to address.
+    pub fn open(name: &str) -> Result<Self, SceneError> {
+        match name {
+            "cornell-box" => Ok(builtin::cornell_box(false)),
+            "cornell-glossy" => Ok(builtin::cornell_box(true)),
+            "spheres" => Ok(builtin::spheres()),
+            _ => {
+                let path = Path::new(name);
+                let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+                if matches!(extension.as_str(), "glb" | "gltf") || path.is_file() {
+                    gltf_file::open(path)
+                } else {
+                    Err(SceneError::Unknown { name: name.chars().take(200).collect() })
+                }
+            }
+        }
+    }
+
+    /// Returns the box around all triangles, metres.
+    pub fn bounds(&self) -> Bounds {
+        Bounds::of(&self.triangles)
+    }
+
+    /// Returns the scene's camera, or one that frames everything.
+    pub fn view(&self) -> Camera {
+        self.camera.unwrap_or_else(|| Camera::framing(&self.bounds()))
+    }
+
+    /// Returns what the scene has.
+    pub fn census(&self) -> Census {
+        let mut used = vec![false; self.materials.len()];
+        for triangle in &self.triangles {
+            if let Some(used) = used.get_mut(triangle.material as usize) {
+                *used = true;
+            }
+        }
+        let in_use = || self.materials.iter().zip(&used).filter(|(_, used)| **used).map(|(m, _)| m);
+        let lights = |kind: u32| self.lights.iter().filter(|light| light.kind == kind).count() as u64;
+        Census {
+            triangles: self.triangles.len() as u64,
+            materials: in_use().count() as u64,
+            has_gloss: in_use().any(|m| m.roughness < 1.0 || m.metallic > 0.0 || m.rough_size != NO_TEXTURE),
+            has_emission: in_use().any(|m| m.emission.truncate().max_element() > 0.0),
+            has_masked: in_use().any(|m| m.flags & MATERIAL_MASKED != 0),
+            points: lights(LIGHT_POINT),
+            spots: lights(LIGHT_SPOT),
+            suns: lights(LIGHT_SUN),
+            has_environment: self.environment.is_lit(),
+        }
+    }
+}
