@@ -45,7 +45,8 @@ fn pluecker_hits(t: &Triangle, origin: Vec3, direction: Vec3) -> bool {
     ahead && ((u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0))
 }
 
-/// A closed star-shaped surface around 0: an octahedron, `levels` times subdivided, corners pushed in and out.
+/// A closed star-shaped surface around 0: an octahedron, `levels` times subdivided, corners pushed in and
+/// out.
 fn closed_surface(random: &mut Random, levels: u32, roughness: f32) -> Vec<Triangle> {
     let mut corners: Vec<Vec3> = vec![Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
     let mut faces: Vec<[usize; 3]> =

@@ -1,9 +1,10 @@
 //! Over which part of a ray is it inside a box, without ever losing what the triangle test would hit?
 //!
-//! The slab test with two guards. The far end is moved out by 1 + 2γ(3) (Ize 2013, "Robust BVH ray traversal"),
-//! which covers the rounding of the slabs themselves. The planes are moved out by [`PADDING`] times the largest
-//! coordinate of the origin, and by [`pad_bounds`] times that of the box, which covers the rounding of
-//! [`super::triangle`]: it may accept a ray that passes a corner at up to 5·2⁻²⁴ of its distance.
+//! The slab test with two guards. The far end is moved out by 1 + 2γ(3) (Ize 2013, "Robust BVH ray
+//! traversal"), which covers the rounding of the slabs themselves. The planes are moved out by [`PADDING`]
+//! times the largest coordinate of the origin, and by [`pad_bounds`] times that of the box, which covers
+//! the rounding of [`super::triangle`]: it may accept a ray that passes a corner at up to 5·2⁻²⁴ of its
+//! distance.
 
 use crate::math::{abs, max, max_abs, min, recip};
 use glam::{Vec3, Vec4};
@@ -69,11 +70,11 @@ pub fn pad_bounds(lower: Vec3, upper: Vec3) -> (Vec3, Vec3) {
     (lower - moved, upper + moved)
 }
 
-/// Returns (t_near, t_far), the ray's parameters inside the box and [t_min, t_max]; a miss has t_near > t_far.
+/// Returns (t_near, t_far), the ray's parameters in the box and [t_min, t_max]; t_near > t_far is a miss.
 ///
-/// t_min ≥ 0; t_far is already widened. A box with lower.x > upper.x is empty and missed, flat boxes are not.
-/// NaN planes or origins give either answer, never NaN parameters beyond [t_min, t_max]; sanitise them before.
-/// Returns the same bits as a lane of [`four_boxes`].
+/// t_min ≥ 0; t_far is already widened. A box with lower.x > upper.x is empty and missed, flat boxes are
+/// not. NaN planes or origins give either answer, never NaN parameters beyond [t_min, t_max]; sanitise them
+/// before. Returns the same bits as a lane of [`four_boxes`].
 #[inline]
 pub fn box_interval(lower: Vec3, upper: Vec3, ray: &BoxRay, t_min: f32, t_max: f32) -> (f32, f32) {
     let x0 = (lower.x - ray.origin_for_min.x) * ray.inverse.x;
@@ -87,7 +88,7 @@ pub fn box_interval(lower: Vec3, upper: Vec3, ray: &BoxRay, t_min: f32, t_max: f
     if lower.x <= upper.x { (near, far) } else { (1.0, 0.0) }
 }
 
-/// Returns t_near of four boxes and the bits of the lanes that the ray meets within [t_min, t_max], t_min ≥ 0.
+/// Returns t_near of four boxes and the bits of the lanes that the ray meets in [t_min, t_max], t_min ≥ 0.
 ///
 /// Lanes with min_x > max_x are empty and never met. Minimum and maximum are `a < b ? a : b` in each lane on
 /// every backend, so lanes give the bits of [`box_interval`]; a NaN in a lane spoils that lane alone.

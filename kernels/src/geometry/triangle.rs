@@ -1,4 +1,4 @@
-//! Where does a ray meet a triangle, so that no ray slips between two triangles that share an edge or a corner?
+//! Where does a ray meet a triangle, so that no ray slips between neighbours at an edge or a corner?
 //!
 //! Woop, Benthin and Wald 2013, "Watertight ray/triangle intersection". Corners are taken relative to the
 //! origin and sheared so that the ray becomes the z axis; the test is then in the plane. A sheared corner
@@ -30,7 +30,8 @@ pub struct TriangleRay {
 impl TriangleRay {
     /// Returns the ray from `origin` along `direction` (any length), prepared for the triangle tests.
     ///
-    /// A direction of 0 (all components below 2⁻¹²⁶), NaN or ±∞ in either argument give a ray that meets nothing.
+    /// A direction of 0 (all components below 2⁻¹²⁶), NaN or ±∞ in either argument give a ray that meets
+    /// nothing.
     #[inline]
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
         let x = abs(direction.x);
@@ -85,10 +86,10 @@ pub struct TriangleHit {
 
 /// Returns where the ray meets the triangle abc, from either side, with t in [t_min, t_max] (both included).
 ///
-/// Corners within 1e18 of the origin; triangles whose doubled area seen along the ray is below 2⁻¹²⁶, edge-on
-/// ones and ones with two equal corners are missed. t is a convex combination of the corners' depths: its error
-/// is below 8·2⁻²⁴ of the farthest corner's depth plus what the rounding of corners (2⁻²⁴ of their distance)
-/// moves a slanted surface along the ray. Same bits as a lane of [`four_triangles`].
+/// Corners within 1e18 of the origin; triangles whose doubled area seen along the ray is below 2⁻¹²⁶,
+/// edge-on ones and ones with two equal corners are missed. t is a convex combination of the corners'
+/// depths: its error is below 8·2⁻²⁴ of the farthest corner's depth plus what the rounding of corners (2⁻²⁴
+/// of their distance) moves a slanted surface along the ray. Same bits as a lane of [`four_triangles`].
 #[inline]
 pub fn ray_triangle(a: Vec3, b: Vec3, c: Vec3, ray: &TriangleRay, t_min: f32, t_max: f32) -> TriangleHit {
     const MISS: TriangleHit = TriangleHit { hit: false, t: 0.0, u: 0.0, v: 0.0 };
@@ -131,7 +132,8 @@ pub struct FourHits {
     pub mask: u32,
 }
 
-/// Returns where the ray meets four triangles given by the coordinates of their corners; see [`ray_triangle`].
+/// Returns where the ray meets four triangles given by the coordinates of their corners; see
+/// [`ray_triangle`].
 ///
 /// Lanes without a triangle may hold three equal corners. Divides only when a lane passes the edge tests.
 #[inline(always)]

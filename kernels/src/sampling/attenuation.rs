@@ -54,7 +54,7 @@ pub fn clamped_inverse_square(distance_squared: f32, radius: f32) -> f32 {
     recip(max(max(distance_squared, radius * radius), MIN_POSITIVE))
 }
 
-/// Returns saturate(1 − (d/range)⁴), glTF's smooth end of a light's range; 1 for range ≤ 0, which means none.
+/// Returns saturate(1 − (d/range)⁴), glTF's smooth end of a light's range; 1 without one, range ≤ 0.
 #[inline]
 pub fn range_window(distance_squared: f32, range: f32) -> f32 {
     let squared = range * range;

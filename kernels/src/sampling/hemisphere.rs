@@ -33,7 +33,7 @@ pub fn to_world(local: Vec3, normal: Vec3) -> Vec3 {
     (tangent * local.x + bitangent * local.y) + normal * local.z
 }
 
-/// Returns the weights (w, u, v) of a triangle's corners for a point of the unit square, folded at the diagonal.
+/// Returns weights (w, u, v) of a triangle's corners from a point of the unit square, folded at its diagonal.
 ///
 /// Uniform in the triangle for uniform u; each in [0, 1], their sum 1 within 2·2⁻²⁴. NaN counts as 0.
 #[inline]
@@ -71,7 +71,7 @@ const GOLDEN_TURN: f32 = 0.381_966_02;
 /// Returns cone `index` of the set of `count` cones over the hemisphere, turned by `turn` turns about z.
 ///
 /// - 1: along z. 2–4: a ring at 45°, the median of the cosine distribution, equal weights.
-/// - 5–8: one along z with the weight sin²a of its half angle a, the others in a ring midway between a and 90°.
+/// - 5–8: one along z with the weight sin²a of its half angle a, the others midway between a and 90°.
 ///   Six are the classic set: half angle 30°, ring at 60°, weights 1/4 and 3/20.
 /// - From 9 on: a cosine-distributed spiral of equal weights.
 ///

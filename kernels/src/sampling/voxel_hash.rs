@@ -32,9 +32,9 @@ pub fn fits_u32(dims: UVec3) -> bool {
 
 /// Returns the voxel that holds a point; points outside count to the nearest voxel of the grid.
 ///
-/// `inverse_size` is 1/(voxel edge), rounded once by the host. Borders belong to the voxel above, the grid's upper
-/// border to the last voxel. NaN counts as the lower border; `dims` of 0 gives voxel 0. Exact below 2²⁴ voxels
-/// per axis.
+/// `inverse_size` is 1/(voxel edge), rounded once by the host. Borders belong to the voxel above, the
+/// grid's upper border to the last voxel. NaN counts as the lower border; `dims` of 0 gives voxel 0. Exact
+/// below 2²⁴ voxels per axis.
 #[inline]
 pub fn voxel_of(point: Vec3, lower: Vec3, inverse_size: Vec3, dims: UVec3) -> UVec3 {
     let p = (point - lower) * inverse_size;

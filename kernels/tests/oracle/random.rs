@@ -70,8 +70,8 @@ impl Random {
 pub const SPECIAL: [f32; 22] = [
     0.0,
     -0.0,
-    1.401_298_5e-45,
-    -1.401_298_5e-45,
+    1e-45,
+    -1e-45,
     f32::MIN_POSITIVE,
     -f32::MIN_POSITIVE,
     1.0,
