@@ -322,6 +322,11 @@ fn malformed_scenes_give_one_clear_line() {
             file().set("/accessors/3/componentType", json!(5126)).open(),
         ),
         ("two indices", "do not make triangles", file().set("/accessors/3/count", json!(2)).open()),
+        (
+            "position index",
+            "accessor 9",
+            file().set(&format!("{pointer}/attributes/POSITION"), json!(9)).open(),
+        ),
         ("mesh index", "faults", file().set("/nodes/0/mesh", json!(7)).open()),
         ("cycle", "tree", file().set("/nodes/0", json!({"mesh": 0, "children": [0]})).open()),
         ("scale", "not finite", file().set("/nodes/0", json!({"mesh": 0, "scale": [1e39, 1.0, 1.0]})).open()),
