@@ -1,12 +1,13 @@
 //! How are triangles clustered into a binary tree, and how is a subtree halved when the clusters are too deep?
 //!
 //! The top is split by binned surface area into chunks; obvhs clusters each chunk (locally ordered clustering, then
-//! reinsertion). Its time can grow with the square of the number of triangles (identical or nested ones), which
-//! chunks bound; they are also built in parallel, each the same whichever thread does it.
+//! reinsertion). Clustering takes the square of the number of triangles where few agree on a neighbour (identical or
+//! nested ones), so a chunk in which that happens is split further. Chunks are built in parallel, each the same
+//! whichever thread does it.
 
 use super::split;
 use crate::scene::Bounds;
-use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
+use obvhs::bvh2::{Bvh2, DEFAULT_MAX_STACK_DEPTH, reinsertion::ReinsertionOptimizer};
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use rayon::prelude::*;
 use twinlight_kernels::geometry::bvh::MAX_LEAF_BLOCKS;
@@ -14,7 +15,9 @@ use twinlight_kernels::geometry::bvh::MAX_LEAF_BLOCKS;
 /// Beyond this depth reinsertion is stopped: the library's own stack holds 96 levels.
 const MAX_BINARY_DEPTH: u32 = 72;
 /// The largest number of triangles that the library clusters at once.
-const CHUNK: u32 = 2048;
+const CHUNK: u32 = 32768;
+/// The same where clustering stalls.
+const STALLING_CHUNK: u32 = 1024;
 /// Part of the nodes that each pass of reinsertion tries to move, largest first.
 const REINSERTION_RATIO: f32 = 0.2;
 /// Cost of visiting a binary node, in tests of a block of four triangles.
@@ -71,12 +74,9 @@ impl Binary {
     /// Builds the tree over finite boxes.
     pub fn build(bounds: &[Bounds]) -> Self {
         let mut order: Vec<u32> = (0..bounds.len() as u32).collect();
-        let top = cut(&mut order, bounds);
-        let chunks: Vec<(Vec<u32>, Vec<Node>)> = top
-            .par_iter()
-            .filter(|node| node.leaf)
-            .map(|node| flatten(&order[node.range()], bounds))
-            .collect();
+        let top = cut(&mut order, bounds, CHUNK);
+        let chunks: Vec<(Vec<u32>, Vec<Node>)> =
+            top.par_iter().filter(|node| node.leaf).map(|node| grow(&order[node.range()], bounds)).collect();
         let mut tree = Self { order, nodes: vec![] };
         tree.assemble(&top, chunks);
         tree.choose_leaves(bounds);
@@ -194,8 +194,8 @@ impl Node {
     }
 }
 
-/// Sorts the triangles into chunks; returns the tree above them, whose leaves are the chunks from left to right.
-fn cut(order: &mut [u32], bounds: &[Bounds]) -> Vec<Node> {
+/// Sorts the triangles into chunks of at most `largest`; returns the tree above them, whose leaves are the chunks from left to right.
+fn cut(order: &mut [u32], bounds: &[Bounds], largest: u32) -> Vec<Node> {
     let mut nodes: Vec<Node> = vec![];
     let mut stack = if order.is_empty() { vec![] } else { vec![(0u32, order.len() as u32, None::<u32>)] };
     while let Some((first, count, right_of)) = stack.pop() {
@@ -203,7 +203,7 @@ fn cut(order: &mut [u32], bounds: &[Bounds]) -> Vec<Node> {
         if let Some(parent) = right_of {
             nodes[parent as usize].right = index;
         }
-        let leaf = count <= CHUNK;
+        let leaf = count <= largest;
         let node = Node { bounds: Bounds::EMPTY, first, count, left: index + 1, right: 0, leaf };
         nodes.push(node);
         if !leaf {
@@ -213,6 +213,27 @@ fn cut(order: &mut [u32], bounds: &[Bounds]) -> Vec<Node> {
         }
     }
     nodes
+}
+
+/// As [`flatten`], in smaller chunks where clustering stalls.
+fn grow(triangles: &[u32], bounds: &[Bounds]) -> (Vec<u32>, Vec<Node>) {
+    let mut order = triangles.to_vec();
+    let top = cut(&mut order, bounds, STALLING_CHUNK);
+    let leaves = || top.iter().filter(|node| node.leaf).map(|node| &order[node.range()]);
+    if !leaves().any(|chunk| stalls(chunk, bounds)) {
+        return flatten(triangles, bounds);
+    }
+    let chunks = leaves().map(|chunk| flatten(chunk, bounds)).collect();
+    let mut tree = Binary { order, nodes: vec![] };
+    tree.assemble(&top, chunks);
+    (tree.order, tree.nodes)
+}
+
+/// Whether clustering these triangles takes far more than a logarithm's number of rounds.
+fn stalls(triangles: &[u32], bounds: &[Bounds]) -> bool {
+    let own: Vec<Bounds> = triangles.iter().map(|&i| bounds[i as usize]).collect();
+    // The library sets it to its rounds, or to this default where those are fewer.
+    clustered(&own).max_depth > DEFAULT_MAX_STACK_DEPTH
 }
 
 /// Clusters the given triangles; returns their new order and the tree in depth-first order, ranges and links from 0.
@@ -245,20 +266,7 @@ fn flatten(triangles: &[u32], bounds: &[Bounds]) -> (Vec<u32>, Vec<Node>) {
 
 /// Runs the library: clustering, then reinsertion as long as the tree stays shallow.
 fn cluster(bounds: &[Bounds]) -> Bvh2 {
-    // A power of two brings the largest coordinate to about 1, so that no area over- or underflows.
-    let largest = bounds.iter().fold(0.0f32, |m, b| m.max(b.min.abs().max(b.max.abs()).max_element()));
-    let scale = if largest > 0.0 { f64::from(largest).log2().floor().exp2().recip() as f32 } else { 1.0 };
-    let boxes: Vec<obvhs::aabb::Aabb> = bounds
-        .iter()
-        .map(|b| obvhs::aabb::Aabb::new((b.min * scale).into(), (b.max * scale).into()))
-        .collect();
-    let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
-        PlocSearchDistance::High,
-        &boxes,
-        (0..boxes.len() as u32).collect(),
-        SortPrecision::U64,
-        0,
-    );
+    let mut tree = clustered(bounds);
     let mut optimizer = ReinsertionOptimizer::default();
     for n in (1..32).step_by(2) {
         if depth(&tree) > MAX_BINARY_DEPTH {
@@ -267,6 +275,25 @@ fn cluster(bounds: &[Bounds]) -> Bvh2 {
         optimizer.run(&mut tree, REINSERTION_RATIO, Some(vec![1.0 / n as f32]));
     }
     tree
+}
+
+/// Runs the library's clustering alone.
+fn clustered(bounds: &[Bounds]) -> Bvh2 {
+    // A power of two brings the largest coordinate to about 1, so that no area over- or underflows.
+    let largest = bounds.iter().fold(0.0f32, |m, b| m.max(b.min.abs().max(b.max.abs()).max_element()));
+    let scale = if largest > 0.0 { f64::from(largest).log2().floor().exp2().recip() as f32 } else { 1.0 };
+    let boxes: Vec<obvhs::aabb::Aabb> = bounds
+        .iter()
+        .map(|b| obvhs::aabb::Aabb::new((b.min * scale).into(), (b.max * scale).into()))
+        .collect();
+    let indices = (0..boxes.len() as u32).collect();
+    PlocBuilder::with_capacity(boxes.len()).build(
+        PlocSearchDistance::High,
+        &boxes,
+        indices,
+        SortPrecision::U64,
+        0,
+    )
 }
 
 /// Levels below the root.
