@@ -48,23 +48,6 @@ fn wide(v: &[f32]) -> Vec<f64> {
     v.iter().map(|&x| f64::from(x)).collect()
 }
 
-/// Prints the contents of `triple_products.rs` and `rotation_tables.rs`; run with `--ignored --nocapture`.
-#[test]
-#[ignore = "prints generated source"]
-fn print_tables() {
-    for (i, j, k, v) in sh_oracle::triples(5) {
-        println!("{i} {j} {k} {:?}", v as f32);
-    }
-    for d in sh_oracle::lobe_directions() {
-        println!("LOBE {:?}", d.map(|x| x as f32));
-    }
-    for l in 1..5 {
-        for row in sh_oracle::lobe_matrix(l) {
-            println!("M{l} {:?}", row.iter().map(|&x| x as f32).collect::<Vec<_>>());
-        }
-    }
-}
-
 #[test]
 fn basis_meets_the_vectors_and_the_definition() {
     let file = vector_file("sh_basis");

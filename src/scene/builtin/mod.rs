@@ -60,7 +60,7 @@ pub fn cornell_box(glossy: bool) -> Scene {
     }
 }
 
-/// Five characters of eight spheres each on a 40 m plane at y = 0, under a sky with a soft bright side.
+/// Five characters of eight spheres each on a 300 m plane at y = 0, under a sky with a soft bright side.
 ///
 /// Characters stand 2 m apart on a staggered row; their spheres are in [`Scene::proxies`].
 pub fn spheres() -> Scene {
@@ -78,7 +78,7 @@ pub fn spheres() -> Scene {
     let mut materials = vec![diffuse(0.5, 0.5, 0.5)];
     let mut mesh = Mesh::default();
     let mut proxies = vec![];
-    let side = 20.0;
+    let side = 150.0;
     let corner = |x: f32, z: f32| Vec3::new(x * side, 0.0, z * side);
     mesh.quad([corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)], 0);
     let colours =
@@ -108,14 +108,14 @@ pub fn spheres() -> Scene {
     }
 }
 
-/// A clear sky: blue above, white near the horizon, grey below, with a broad warm lobe around (1, 1.2, 0.8).
+/// A clear sky: blue above, white near the horizon, darker below, with a broad warm lobe around (1, 1.2, 0.8).
 fn sky_radiance(direction: Vec3) -> Vec3 {
     let height = direction.y;
-    if height < 0.0 {
-        return Vec3::splat(0.2);
-    }
     let blue = Vec3::new(0.25, 0.45, 0.9);
     let white = Vec3::new(0.8, 0.85, 0.9);
+    if height < 0.0 {
+        return white + (Vec3::splat(0.2) - white) * -height;
+    }
     let towards = direction.dot(Vec3::new(1.0, 1.2, 0.8).normalize()).max(0.0);
     // The 16th power by squaring: the same bits everywhere.
     let lobe = (0..4).fold(towards, |p, _| p * p);
