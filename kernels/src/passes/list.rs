@@ -14,6 +14,39 @@ macro_rules! for_each_pass {
             /// Elementary functions over arrays.
             map evaluate_elementary(ElementaryParams; 1 x: f32, 2 y: f32) -> 3 values: f32,
                 Tolerance::Relative { relative: 2e-3, absolute: 3e-4, flips: 0.05 };
+            /// Vector algebra over arrays.
+            map evaluate_vector(EvaluateParams; 1 a: Vec4, 2 b: Vec4) -> 3 values: Vec4,
+                Tolerance::Relative { relative: 1e-5, absolute: 1e-6, flips: 0.0 };
+            /// Hashes, sequences, counts and direction sets over arrays.
+            map evaluate_sampling(EvaluateParams; 1 words: UVec4, 2 x: Vec4, 3 y: Vec4) -> 4 values: Evaluation,
+                Tolerance::Relative { relative: 1e-5, absolute: 1e-6, flips: 0.0 };
+            /// Intersections, voxel walks and overlaps over arrays.
+            map evaluate_geometry(EvaluateParams; 1 a: Vec4, 2 b: Vec4, 3 c: Vec4, 4 d: Vec4, 5 e: Vec4)
+                -> 6 values: Evaluation, Tolerance::Relative { relative: 1e-5, absolute: 1e-6, flips: 0.0 };
+            /// Gaussian lobes, weights and depth windows over arrays.
+            map evaluate_gaussian(EvaluateParams; 1 a: Vec4, 2 b: Vec4, 3 c: Vec4) -> 4 values: Vec4,
+                Tolerance::Relative { relative: 1e-5, absolute: 1e-6, flips: 0.0 };
+            /// Cone steps and compositing over arrays.
+            map evaluate_cone(EvaluateParams; 1 a: Vec4, 2 b: Vec4) -> 3 values: Vec4,
+                Tolerance::Relative { relative: 1e-5, absolute: 1e-6, flips: 0.0 };
+            /// Spherical harmonics of order 3: linear operations and products.
+            map evaluate_sh3(EvaluateParams; 1 a: ShVector, 2 b: ShVector, 3 arguments: Vec4) -> 4 vectors: ShVector,
+                Tolerance::Relative { relative: 1e-5, absolute: 1e-6, flips: 0.0 };
+            /// Spherical harmonics of order 3: logarithms and exponentials.
+            map evaluate_sh3_exponential(EvaluateParams; 1 a: ShVector, 2 arguments: Vec4, 3 table: f32)
+                -> 4 vectors: ShVector, Tolerance::Relative { relative: 1e-5, absolute: 1e-6, flips: 0.0 };
+            /// Spherical harmonics of order 4: linear operations and products.
+            map evaluate_sh4(EvaluateParams; 1 a: ShVector, 2 b: ShVector, 3 arguments: Vec4) -> 4 vectors: ShVector,
+                Tolerance::Relative { relative: 1e-5, absolute: 1e-6, flips: 0.0 };
+            /// Spherical harmonics of order 4: logarithms and exponentials.
+            map evaluate_sh4_exponential(EvaluateParams; 1 a: ShVector, 2 arguments: Vec4, 3 table: f32)
+                -> 4 vectors: ShVector, Tolerance::Relative { relative: 1e-5, absolute: 1e-6, flips: 0.0 };
+            /// Spherical harmonics of order 5: linear operations and products.
+            map evaluate_sh5(EvaluateParams; 1 a: ShVector, 2 b: ShVector, 3 arguments: Vec4) -> 4 vectors: ShVector,
+                Tolerance::Relative { relative: 1e-5, absolute: 1e-6, flips: 0.0 };
+            /// Spherical harmonics of order 5: logarithms and exponentials.
+            map evaluate_sh5_exponential(EvaluateParams; 1 a: ShVector, 2 arguments: Vec4, 3 table: f32)
+                -> 4 vectors: ShVector, Tolerance::Relative { relative: 1e-5, absolute: 1e-6, flips: 0.0 };
             /// Sizes and offsets of the buffer elements.
             map report_layout(LayoutParams;) -> 1 words: u32, Tolerance::Exact;
             /// Sums of blocks of counts.
