@@ -220,5 +220,18 @@ macro_rules! orders {
 orders! {
     3: evaluate_sh3, evaluate_sh3_exponential, 9, 3;
     4: evaluate_sh4, evaluate_sh4_exponential, 16, 4;
-    5: evaluate_sh5, evaluate_sh5_exponential, 25, 5;
+}
+
+/// Returns the selected [`function`] of order 5; 0 for an unknown selection.
+///
+/// Its exponentials have no pass: compilers take minutes over the 1158 terms of each of their products.
+#[inline]
+pub fn evaluate_sh5(
+    index: u32,
+    params: &EvaluateParams,
+    a: &[ShVector],
+    b: &[ShVector],
+    arguments: &[Vec4],
+) -> ShVector {
+    linear::<25, 5>(index, params, a, b, arguments)
 }

@@ -44,9 +44,6 @@ macro_rules! for_each_pass {
             /// Spherical harmonics of order 5: linear operations and products.
             map evaluate_sh5(EvaluateParams; 1 a: ShVector, 2 b: ShVector, 3 arguments: Vec4) -> 4 vectors: ShVector,
                 Tolerance::Relative { relative: 1e-5, absolute: 1e-6, flips: 0.0 };
-            /// Spherical harmonics of order 5: logarithms and exponentials.
-            map evaluate_sh5_exponential(EvaluateParams; 1 a: ShVector, 2 arguments: Vec4, 3 table: f32)
-                -> 4 vectors: ShVector, Tolerance::Relative { relative: 1e-5, absolute: 1e-6, flips: 0.0 };
             /// Sizes and offsets of the buffer elements.
             map report_layout(LayoutParams;) -> 1 words: u32, Tolerance::Exact;
             /// Sums of blocks of counts.

@@ -39,7 +39,6 @@ pub use evaluate_geometry::evaluate_geometry;
 pub use evaluate_sampling::evaluate_sampling;
 pub use evaluate_sh::{
     evaluate_sh3, evaluate_sh3_exponential, evaluate_sh4, evaluate_sh4_exponential, evaluate_sh5,
-    evaluate_sh5_exponential,
 };
 pub use evaluate_vector::evaluate_vector;
 pub use gather::{ambient_openness, fill_background, gather_direct};
