@@ -70,6 +70,7 @@ pub fn check<C: Case>(pass: &'static PassInfo, cases: &[C], draw: &mut Draw) {
     let variants = shared.strict_variants();
     for &variant in &variants {
         shared.gpu.set_variant(variant);
+        let start = std::time::Instant::now();
         for (case, expected) in cases.iter().zip(&expected) {
             let got = outputs(pass, case, &mut shared.gpu);
             let agreement = compare_elements(pass, expected, &got);
@@ -83,8 +84,10 @@ pub fn check<C: Case>(pass: &'static PassInfo, cases: &[C], draw: &mut Draw) {
                 agreement.first.unwrap_or_default()
             );
         }
+        println!("{} ({variant:?}): {:.1} s", pass.name, start.elapsed().as_secs_f64());
     }
     shared.gpu.set_variant(Variant::Fast);
+    let start = std::time::Instant::now();
     let (mut fast_expected, mut fast_got) = (Vec::new(), Vec::new());
     for (case, expected) in cases.iter().zip(&expected) {
         let got = outputs(pass, case, &mut shared.gpu);
@@ -95,6 +98,7 @@ pub fn check<C: Case>(pass: &'static PassInfo, cases: &[C], draw: &mut Draw) {
             fast_got.extend(got);
         }
     }
+    println!("{} (Fast): {:.1} s", pass.name, start.elapsed().as_secs_f64());
     let fast = compare_elements(pass, &fast_expected, &fast_got);
     let strict = if variants.is_empty() { "not compared" } else { "bits equal" };
     announce(&format!("{:<26} {elements:>7} elements  strict: {strict}  fast: {}", pass.name, line(&fast)));
