@@ -7,7 +7,7 @@ use twinlight::backend::{Backend, BackendError, BufferElement, Cpu};
 use twinlight::report::agreement::{Agreement, compare_elements, ulp_distance};
 use twinlight_gpu::Variant;
 use twinlight_kernels::layout::WordKind;
-use twinlight_kernels::passes::{PassInfo, Shape};
+use twinlight_kernels::passes::{PassInfo, Shape, Tolerance};
 
 /// What no kernel computes: a NaN with a payload, a huge integer.
 const POISON: u32 = 0x7FC0_DEAD;
@@ -101,7 +101,12 @@ pub fn check<C: Case>(pass: &'static PassInfo, cases: &[C], draw: &mut Draw) {
     println!("{} (Fast): {:.1} s", pass.name, start.elapsed().as_secs_f64());
     let fast = compare_elements(pass, &fast_expected, &fast_got);
     let strict = if variants.is_empty() { "not compared" } else { "bits equal" };
-    announce(&format!("{:<26} {elements:>7} elements  strict: {strict}  fast: {}", pass.name, line(&fast)));
+    announce(&format!(
+        "{:<26} {elements:>7} elements  strict: {strict}  fast: {}, {:.2} of the tolerance",
+        pass.name,
+        line(&fast),
+        used(pass, &fast_expected, &fast_got)
+    ));
     assert!(
         fast.is_tolerable(),
         "{} (Fast): {} of {} elements beyond {:?}; {}; first difference: {}",
@@ -122,6 +127,22 @@ fn line(a: &Agreement) -> String {
         a.max_absolute,
         a.beyond as f64 / a.elements.max(1) as f64
     )
+}
+
+/// The largest share of its tolerance that a float within the tolerance takes.
+fn used<T: BufferElement>(pass: &PassInfo, expected: &[T], got: &[T]) -> f64 {
+    let Tolerance::Relative { relative, absolute, .. } = pass.tolerance else { return 0.0 };
+    let words = size_of::<T>() / 4;
+    let (expected, got): (&[f32], &[f32]) = (bytemuck::cast_slice(expected), bytemuck::cast_slice(got));
+    let pairs = expected.iter().zip(got).enumerate();
+    pairs
+        .filter(|(i, _)| kind::<T>(i % words) == WordKind::Float)
+        .map(|(_, (&e, &g))| {
+            let allowed = f64::from(relative) * f64::from(e).abs() + f64::from(absolute);
+            if ulp_distance(e, g) == 0.0 { 0.0 } else { (f64::from(e) - f64::from(g)).abs() / allowed }
+        })
+        .filter(|&share| share <= 1.0)
+        .fold(0.0, f64::max)
 }
 
 fn bytes<T: BufferElement>(values: &[T]) -> &[u8] {
