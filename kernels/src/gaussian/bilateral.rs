@@ -1,6 +1,6 @@
 //! Which neighbouring pixels see the same surface, and how much does each count?
 
-use crate::math::{abs, clamp, div, dot, exp, is_nan, max, min, powi, recip, saturate};
+use crate::math::{MIN_POSITIVE, abs, clamp, div, dot, exp, is_nan, max, min, powi, recip, saturate};
 use glam::Vec3;
 
 /// Smallest standard deviation of a Gaussian weight.
@@ -72,7 +72,9 @@ pub fn upsampling_weights(samples: &CoarseSamples, depth: f32, normal: Vec3) -> 
         // Relative to the nearest depth, so that the sum says how well they match at any scale.
         let relative = saturate(div(nearest_gap, depth_gap(depth, samples.depth[i])));
         let similarity = relative * normal_similarity(normal, samples.normal[i]);
-        weights[i] = saturate(samples.bilinear[i]) * similarity;
+        let weight = saturate(samples.bilinear[i]) * similarity;
+        // Below, devices may flush the power to 0, and the division by a small sum would make that visible.
+        weights[i] = if weight < MIN_POSITIVE { 0.0 } else { weight };
         sum += weights[i];
     }
     if sum < NO_MATCH {

@@ -3,6 +3,8 @@
 //! The pass reports size, alignment and offsets from the device; a test compares them with the host's.
 
 use crate::geometry::bvh::{BvhNode, Hit, TriangleBlock};
+use crate::passes::evaluate::{EvaluateParams, Evaluation};
+use crate::passes::evaluate_sh::ShVector;
 use crate::passes::gather::GatherParams;
 use crate::passes::light::LightParams;
 use crate::passes::scene::{Light, Material, Triangle};
@@ -70,4 +72,7 @@ layout_words! {
     CameraParams { eye, right, up, forward, width, first_pixel, pixel_width, pixel_height }
     LightParams { eye, first_light, light_count }
     GatherParams { environment, map, rays, seed, flags, falloff, first_pixel, reach }
+    EvaluateParams { function, count }
+    Evaluation { numbers, words }
+    ShVector { c0, c4, c8, c12, c16, c20, c24 }
 }

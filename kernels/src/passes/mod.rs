@@ -12,6 +12,13 @@
 mod accumulate;
 pub mod combine;
 pub mod elementary;
+pub mod evaluate;
+pub mod evaluate_cone;
+pub mod evaluate_gaussian;
+pub mod evaluate_geometry;
+pub mod evaluate_sampling;
+pub mod evaluate_sh;
+pub mod evaluate_vector;
 pub mod gather;
 pub mod layout_report;
 pub mod light;
@@ -26,6 +33,14 @@ pub mod surface;
 pub use accumulate::{Accumulate, Launch};
 pub use combine::add_radiance;
 pub use elementary::evaluate_elementary;
+pub use evaluate_cone::evaluate_cone;
+pub use evaluate_gaussian::evaluate_gaussian;
+pub use evaluate_geometry::evaluate_geometry;
+pub use evaluate_sampling::evaluate_sampling;
+pub use evaluate_sh::{
+    evaluate_sh3, evaluate_sh3_exponential, evaluate_sh4, evaluate_sh4_exponential, evaluate_sh5,
+};
+pub use evaluate_vector::evaluate_vector;
 pub use gather::{ambient_openness, fill_background, gather_direct};
 pub use layout_report::report_layout;
 pub use light::{light_visibility, shade_diffuse, shade_specular};
@@ -39,6 +54,8 @@ pub use surface::{resolve_emission, resolve_gloss, resolve_surfaces, trace_prima
 pub mod elements {
     pub use super::combine::AddParams;
     pub use super::elementary::ElementaryParams;
+    pub use super::evaluate::{EvaluateParams, Evaluation};
+    pub use super::evaluate_sh::ShVector;
     pub use super::gather::GatherParams;
     pub use super::layout_report::LayoutParams;
     pub use super::light::LightParams;

@@ -9,6 +9,12 @@ fn scale(y: f32, n: i32) -> f32 {
     (y * exp2_integer(half)) * exp2_integer(n - half)
 }
 
+/// +∞ from an x of at least 88: computed, because naga refuses modules with an infinite constant.
+#[inline]
+fn overflow(x: f32) -> f32 {
+    x * f32::MAX
+}
+
 /// Returns 2^x: 1.23 ULP; exactly 0 below −126, +∞ from 128 on, NaN for NaN; integers are exact.
 #[inline]
 pub fn exp2(x: f32) -> f32 {
@@ -19,7 +25,7 @@ pub fn exp2(x: f32) -> f32 {
         return 0.0;
     }
     if x >= 128.0 {
-        return f(0x7F80_0000);
+        return overflow(x);
     }
     let xc = clamp(x, -126.0, f(0x42FF_FFFF));
     let n = floor(xc + 0.5);
@@ -49,7 +55,7 @@ pub fn exp(x: f32) -> f32 {
         return 0.0;
     }
     if x > 88.722_83 {
-        return f(0x7F80_0000);
+        return overflow(x);
     }
     let (n, r) = reduce(x);
     let p = f(0x3AB5_11F3);
@@ -70,7 +76,7 @@ pub fn exp_minus_one(x: f32) -> f32 {
         return -1.0;
     }
     if x > 88.722_83 {
-        return f(0x7F80_0000);
+        return overflow(x);
     }
     let (n, r) = reduce(x);
     let p = f(0x394F_842E);

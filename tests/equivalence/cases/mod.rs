@@ -1,0 +1,11 @@
+//! On which inputs is each pass compared?
+
+mod arrays;
+mod evaluate;
+mod scene;
+mod spherical;
+
+pub use arrays::*;
+pub use evaluate::*;
+pub use scene::*;
+pub use spherical::*;
