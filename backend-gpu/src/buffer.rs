@@ -126,9 +126,12 @@ impl Gpu {
     /// Waits for the device, then reads a mappable buffer.
     pub(crate) fn read_mapped(&mut self, staging: &wgpu::Buffer) -> Result<Vec<u8>, GpuError> {
         let (sender, receiver) = std::sync::mpsc::channel();
-        staging.map_async(wgpu::MapMode::Read, .., move |result| {
-            let _ = sender.send(result);
-        });
+        // On a device that is gone this is a validation error, which outside a scope would be a panic.
+        self.scoped("a download", |_| {
+            staging.map_async(wgpu::MapMode::Read, .., move |result| {
+                let _ = sender.send(result);
+            });
+        })?;
         self.wait()?;
         match receiver.recv() {
             Ok(Ok(())) => {}

@@ -214,7 +214,15 @@ impl Gpu {
                 other => self.lost_or(what, other.to_string()),
             });
         }
+        // Calls on a device that is gone raise nothing: wgpu reports the loss to its callback alone.
+        if self.is_lost() {
+            return Err(self.lost(what, "gone"));
+        }
         Ok(result)
+    }
+
+    fn is_lost(&self) -> bool {
+        self.lost.lock().unwrap_or_else(|e| e.into_inner()).is_some()
     }
 
     fn lost_or(&self, what: &str, reason: String) -> GpuError {

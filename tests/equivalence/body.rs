@@ -1,7 +1,7 @@
 //! How is one pass compared between the backends?
 
 use crate::common::draw::Draw;
-use crate::common::{announce, gpu};
+use crate::common::gpu::{announce, shared};
 use bytemuck::Zeroable;
 use twinlight::backend::{Backend, BackendError, BufferElement, Cpu};
 use twinlight::report::agreement::{Agreement, compare_elements, ulp_distance};
@@ -66,7 +66,7 @@ pub fn check<C: Case>(pass: &'static PassInfo, cases: &[C], draw: &mut Draw) {
     }
     plant_faults(pass, &expected.concat(), draw);
     let elements: usize = expected.iter().map(Vec::len).sum();
-    let Some(mut shared) = gpu() else { return };
+    let Some(mut shared) = shared() else { return };
     let variants = shared.strict_variants();
     for &variant in &variants {
         shared.gpu.set_variant(variant);

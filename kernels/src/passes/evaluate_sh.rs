@@ -1,6 +1,8 @@
 //! Do operations on spherical harmonics give the same bits on this device?
 //!
 //! One pass per order for what is linear or a product, one for the exponentials: compilers take long over them.
+// Copies between slices do not compile to SPIR-V.
+#![allow(clippy::manual_memcpy)]
 
 use super::evaluate::EvaluateParams;
 use crate::math::{orthonormal_frame, to_u32};

@@ -25,28 +25,27 @@ macro_rules! for_each_pass {
             /// Intersections, voxel walks and overlaps over arrays.
             map evaluate_geometry(EvaluateParams; 1 a: Vec4, 2 b: Vec4, 3 c: Vec4, 4 d: Vec4, 5 e: Vec4)
                 -> 6 values: Evaluation, Tolerance::Relative { relative: 1e-5, absolute: 1e-5, flips: 0.02 };
-            // exp of the driver: 3 + 2|x| ULP.
             /// Gaussian lobes, weights and depth windows over arrays.
             map evaluate_gaussian(EvaluateParams; 1 a: Vec4, 2 b: Vec4, 3 c: Vec4) -> 4 values: Vec4,
-                Tolerance::Relative { relative: 5e-5, absolute: 1e-6, flips: 0.0 };
+                Tolerance::Relative { relative: 2e-6, absolute: 1e-6, flips: 0.0 };
             /// Cone steps and compositing over arrays.
             map evaluate_cone(EvaluateParams; 1 a: Vec4, 2 b: Vec4) -> 3 values: Vec4,
-                Tolerance::Relative { relative: 5e-6, absolute: 2e-6, flips: 0.0 };
+                Tolerance::Relative { relative: 2e-6, absolute: 1e-6, flips: 0.0 };
             /// Spherical harmonics of order 3: linear operations and products.
             map evaluate_sh3(EvaluateParams; 1 a: ShVector, 2 b: ShVector, 3 arguments: Vec4) -> 4 vectors: ShVector,
-                Tolerance::Relative { relative: 1e-6, absolute: 1e-6, flips: 0.0 };
+                Tolerance::Relative { relative: 5e-7, absolute: 5e-7, flips: 0.0 };
             /// Spherical harmonics of order 3: logarithms and exponentials.
             map evaluate_sh3_exponential(EvaluateParams; 1 a: ShVector, 2 arguments: Vec4, 3 table: f32)
                 -> 4 vectors: ShVector, Tolerance::Relative { relative: 5e-6, absolute: 2e-5, flips: 0.0 };
             /// Spherical harmonics of order 4: linear operations and products.
             map evaluate_sh4(EvaluateParams; 1 a: ShVector, 2 b: ShVector, 3 arguments: Vec4) -> 4 vectors: ShVector,
-                Tolerance::Relative { relative: 1e-6, absolute: 1e-6, flips: 0.0 };
+                Tolerance::Relative { relative: 5e-7, absolute: 5e-7, flips: 0.0 };
             /// Spherical harmonics of order 4: logarithms and exponentials.
             map evaluate_sh4_exponential(EvaluateParams; 1 a: ShVector, 2 arguments: Vec4, 3 table: f32)
                 -> 4 vectors: ShVector, Tolerance::Relative { relative: 5e-6, absolute: 2e-5, flips: 0.0 };
             /// Spherical harmonics of order 5: linear operations and products.
             map evaluate_sh5(EvaluateParams; 1 a: ShVector, 2 b: ShVector, 3 arguments: Vec4) -> 4 vectors: ShVector,
-                Tolerance::Relative { relative: 1e-6, absolute: 1e-6, flips: 0.0 };
+                Tolerance::Relative { relative: 5e-7, absolute: 5e-7, flips: 0.0 };
             /// Sizes and offsets of the buffer elements.
             map report_layout(LayoutParams;) -> 1 words: u32, Tolerance::Exact;
             /// Sums of blocks of counts.
@@ -68,7 +67,7 @@ macro_rules! for_each_pass {
             /// What the ray through each pixel meets first.
             map trace_primary(CameraParams; 1 nodes: BvhNode, 2 blocks: TriangleBlock, 3 triangles: Triangle,
                 4 materials: Material, 5 texels: u32) -> 6 hits: Hit,
-                Tolerance::Relative { relative: 5e-5, absolute: 1e-5, flips: 5e-3 };
+                Tolerance::Relative { relative: 1e-5, absolute: 1e-5, flips: 5e-3 };
             /// The surface at each hit.
             map resolve_surfaces(CameraParams; 1 hits: Hit, 2 triangles: Triangle, 3 materials: Material,
                 4 texels: u32) -> 5 surfaces: Surface,
@@ -86,7 +85,7 @@ macro_rules! for_each_pass {
             // acos of the driver decides how far inside a spot's rim a point is.
             /// Diffuse reflection of the visible lights.
             map shade_diffuse(LightParams; 1 surfaces: Surface, 2 lights: Light, 3 visibility: u32, 4 previous: Vec4)
-                -> 5 radiance: Vec4, Tolerance::Relative { relative: 4e-4, absolute: 1e-4, flips: 0.0 };
+                -> 5 radiance: Vec4, Tolerance::Relative { relative: 1e-4, absolute: 5e-5, flips: 0.0 };
             // pow of the driver may be off by exponent · 2⁻²¹, 5e-4 at the largest exponent.
             /// Specular reflection of the visible lights.
             map shade_specular(LightParams; 1 surfaces: Surface, 2 gloss: Vec4, 3 lights: Light, 4 visibility: u32,
@@ -100,7 +99,7 @@ macro_rules! for_each_pass {
             /// Cosine-weighted openness of each surface.
             map ambient_openness(GatherParams; 1 surfaces: Surface, 2 nodes: BvhNode, 3 blocks: TriangleBlock,
                 4 triangles: Triangle, 5 materials: Material, 6 texels: u32) -> 7 openness: f32,
-                Tolerance::Relative { relative: 2e-6, absolute: 1e-6, flips: 1e-2 };
+                Tolerance::Relative { relative: 1e-6, absolute: 1e-6, flips: 1e-2 };
             /// The sum of two buffers of radiance.
             map add_radiance(AddParams; 1 a: Vec4, 2 b: Vec4) -> 3 sum: Vec4,
                 Tolerance::Relative { relative: 1e-6, absolute: 0.0, flips: 0.0 };
