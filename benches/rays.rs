@@ -42,7 +42,7 @@ impl Shot {
         let mut surfaces = cpu.alloc("surfaces", PIXELS as usize)?;
         let w = world;
         cpu.resolve_surfaces(&camera, &hits, &w.triangles, &w.materials, &w.texels, &mut surfaces, PIXELS)?;
-        let surfaces = cpu.download(&surfaces);
+        let surfaces = cpu.download(&surfaces)?;
         let faces_light = |s: &&Surface| {
             let towards = |light: &Light| incident_light(light, s.position.truncate()).direction;
             s.triangle != NO_TRIANGLE && dot(towards(&world.lights.as_slice()[0]), s.normal.truncate()) > 0.0

@@ -111,8 +111,12 @@ fn vectors(count: u32) -> Vec<Vec4> {
 }
 
 fn exclusive_scan(values: &[u32]) -> Vec<u32> {
-    let mut sum = 0;
-    values.iter().map(|v| std::mem::replace(&mut sum, sum + v)).collect()
+    let next = |sum: &mut u32, value: &u32| {
+        let before = *sum;
+        *sum += value;
+        Some(before)
+    };
+    values.iter().scan(0, next).collect()
 }
 
 pub fn evaluate_elementary(_: &Samples) -> Case<ElementaryParams, (Vec<f32>, Vec<f32>)> {
