@@ -19,6 +19,8 @@ pub const NO_TRIANGLE: u32 = 0xFFFF_FFFF;
 pub const MASKED: u32 = 0x8000_0000;
 /// Entries of the traversal stack; a builder must keep 3 × depth + 1 within it.
 pub const STACK_SIZE: u32 = 64;
+/// Mask of an index into the stack, so that no bounds are left to check; within them it changes nothing.
+const LAST_ENTRY: u32 = STACK_SIZE - 1;
 
 gpu_struct! {
     /// Four children with their bounds; empty lanes have min > max.
@@ -122,7 +124,7 @@ pub fn any_hit(nodes: &[BvhNode], blocks: &[TriangleBlock], ray: &Ray, filter: &
     walk::<true>(nodes, blocks, ray, filter).triangle != NO_TRIANGLE
 }
 
-/// Walks the tree front to back; with `ANY` the first meeting ends it.
+/// Walks the tree, front to back for the nearest meeting; with `ANY` the first meeting in any order ends it.
 #[inline]
 fn walk<const ANY: bool>(
     nodes: &[BvhNode],
@@ -141,7 +143,6 @@ fn walk<const ANY: bool>(
     let mut top = 0u32;
     let mut current = 0u32;
     loop {
-        let mut next = NO_CHILD;
         if current & LEAF != 0 {
             hit = intersect_leaf(blocks, current, &triangle_ray, ray.t_min, hit, filter);
             if ANY && hit.triangle != NO_TRIANGLE {
@@ -153,44 +154,51 @@ fn walk<const ANY: bool>(
                 node.min_x, node.max_x, node.min_y, node.max_y, node.min_z, node.max_z, &box_ray, ray.t_min,
                 hit.t,
             );
-            let near = near.to_array();
-            let children = node.children.to_array();
-            let mut next_near = 0.0;
-            // The nearest child goes next, the others wait on the stack.
-            for lane in 0..4 {
-                if mask & (1 << lane) != 0 {
-                    let child = children[lane];
-                    let child_near = near[lane];
-                    let nearer = next == NO_CHILD || child_near < next_near;
-                    let (waiting, waiting_near) =
-                        if nearer { (next, next_near) } else { (child, child_near) };
-                    if nearer {
-                        next = child;
-                        next_near = child_near;
-                    }
-                    if waiting != NO_CHILD && top < STACK_SIZE {
-                        stack[top as usize] = waiting;
-                        entry[top as usize] = waiting_near;
-                        top += 1;
+            if mask != 0 {
+                let near = near.to_array();
+                let children = node.children.to_array();
+                let mut next = NO_CHILD;
+                let mut next_near = 0.0;
+                // One child goes next, the others wait on the stack. The nearest, unless any meeting will do: then
+                // the order decides nothing, and comparing costs more than it saves.
+                for lane in 0..4 {
+                    if mask & (1 << lane) != 0 {
+                        let child = children[lane];
+                        let child_near = near[lane];
+                        let nearer = next == NO_CHILD || (!ANY && child_near < next_near);
+                        let (waiting, waiting_near) =
+                            if nearer { (next, next_near) } else { (child, child_near) };
+                        if nearer {
+                            next = child;
+                            next_near = child_near;
+                        }
+                        if waiting != NO_CHILD {
+                            stack[(top & LAST_ENTRY) as usize] = waiting;
+                            entry[(top & LAST_ENTRY) as usize] = waiting_near;
+                            top += 1;
+                        }
                     }
                 }
+                current = next;
+                continue;
             }
         }
-        while next == NO_CHILD {
+        loop {
             if top == 0 {
                 return hit;
             }
             top -= 1;
-            if entry[top as usize] <= hit.t {
-                next = stack[top as usize];
+            if ANY || entry[(top & LAST_ENTRY) as usize] <= hit.t {
+                break;
             }
         }
-        current = next;
+        current = stack[(top & LAST_ENTRY) as usize];
     }
 }
 
 /// Returns the nearer of `hit` and what the ray meets in the blocks of a leaf.
-#[inline]
+// Called once per leaf with a dozen values: the call itself would be a tenth of the walk.
+#[inline(always)]
 fn intersect_leaf(
     blocks: &[TriangleBlock],
     leaf: u32,
