@@ -44,6 +44,8 @@ impl Ran {
 fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_twinlight"));
     command.current_dir(folder).args(arguments).stdin(Stdio::null());
+    // Without it the system's Wayland library, loaded by Vulkan drivers, prints an "error:" of its own.
+    command.env("XDG_RUNTIME_DIR", std::env::temp_dir());
     command
 }
 

@@ -51,7 +51,7 @@ fn each_kind_of_ray_goes_through_on_its_own() {
     type Change = fn(&mut Scene);
     let only: [(&str, Change); 4] = [
         ("shadow rays to a point", |s| s.lights.truncate(1)),
-        ("shadow rays to a sun", |s| drop(s.lights.remove(0))),
+        ("shadow rays to a sun", |s| s.lights = s.lights.split_off(1)),
         ("scattered rays to an emitter", |s| s.lights.clear()),
         ("scattered rays to the sky", |s| {
             s.lights.clear();

@@ -68,7 +68,7 @@ fn scattered_paths_find_what_quadrature_finds() {
                 let result = trace(&s, &view, &settings(Bounces::Count(0), 512));
                 let expected = quadrature(&m, viewer.as_dvec3(), &sky, true);
                 let what = format!("{name} under {sky_name} sky from {viewer}");
-                assert_mean(&what, &result.statistics[0], expected, 0.04);
+                assert_mean(&what, &result.statistics[0], expected, 0.08);
             }
         }
     }
@@ -114,7 +114,9 @@ fn a_glossy_furnace_gains_no_energy() {
             );
         }
     }
-    // Negative control: a surface that reflects more than arrives does exceed it.
-    let s = inside(metal(1.3, 0.25));
-    assert!(s.mean.x > bound(0.999) + 4.0 * s.standard_error, "{s:?}");
+    // Negative control: a surface that reflects a tenth more exceeds the bound of the one it claims to be.
+    let (claimed, actual) = (metal(0.8, 0.8), metal(0.88, 0.8));
+    let (_, specular, diffuse) = mapping(&Material { metallic: 0.0, ..claimed });
+    let s = inside(Material { metallic: 0.0, ..actual });
+    assert!(s.mean.x > bound(specular + diffuse) + 4.0 * s.standard_error, "{s:?}");
 }
