@@ -125,7 +125,9 @@ pub(crate) fn run(a: &RenderArguments) -> Result<(), Failure> {
     check_request(a, technique)?;
     let (scene, view) = a.scene.open()?;
     let output = a.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
-    check_output(&output)?;
+    for path in std::iter::once(output.clone()).chain(a.dump.iter().map(|name| dump_path(&output, name))) {
+        check_output(&path)?;
+    }
     if !a.quiet {
         for warning in &scene.warnings {
             eprintln!("note: {warning}");
@@ -155,6 +157,11 @@ fn check_request(a: &RenderArguments, technique: Technique) -> Result<(), Failur
     if technique == Technique::Direct && a.only == Only::Indirect {
         return Err(Failure::Request(
             "--technique direct has no indirect light; try --technique reference".into(),
+        ));
+    }
+    if technique == Technique::AmbientOcclusion && a.only != Only::All {
+        return Err(Failure::Request(
+            "--only: ambient occlusion is not light; leave it out or choose another technique".into(),
         ));
     }
     if technique == Technique::Reference && a.machine == Machine::Gpu {
@@ -345,14 +352,19 @@ fn reference_outcome(
     Outcome { picture, report: text, json, dumps, interrupted }
 }
 
+/// The file of a buffer's picture, beside the output: `a.png` has `a.normal.png`.
+fn dump_path(output: &Path, name: &str) -> PathBuf {
+    let stem = output.file_stem().unwrap_or_default().to_string_lossy();
+    let extension = output.extension().unwrap_or_default().to_string_lossy();
+    output.with_file_name(format!("{stem}.{name}.{extension}"))
+}
+
 /// Writes the picture and its dumps; returns the files' names.
 fn write(a: &RenderArguments, output: &Path, outcome: &Outcome) -> Result<Vec<String>, Failure> {
     let mut names = vec![output.display().to_string()];
     outcome.picture.save(output, a.exposure)?;
-    let stem = output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let extension = output.extension().unwrap_or_default().to_string_lossy().into_owned();
     for (name, picture) in &outcome.dumps {
-        let path = output.with_file_name(format!("{stem}.{name}.{extension}"));
+        let path = dump_path(output, name);
         picture.save(&path, 0.0)?;
         names.push(path.display().to_string());
     }

@@ -1,0 +1,165 @@
+//! What a successful `render` writes and prints.
+
+use crate::support::relative;
+use crate::{listing, run, succeed};
+use std::path::Path;
+use twinlight::picture::Picture;
+
+const SMALL: [&str; 4] = ["render", "cornell-box", "--size", "64x48"];
+
+fn with<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    SMALL.iter().chain(more).copied().collect()
+}
+
+fn png(path: &Path) -> image::RgbImage {
+    let picture = image::open(path).unwrap();
+    assert_eq!(picture.color(), image::ColorType::Rgb8);
+    picture.into_rgb8()
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    listing(folder).into_keys().collect()
+}
+
+#[test]
+fn a_png_of_the_right_size_and_the_table_of_passes() {
+    let folder = tempfile::tempdir().unwrap();
+    let ran = succeed(folder.path(), &with(&["-o", "a.png"]));
+    assert_eq!(png(&folder.path().join("a.png")).dimensions(), (64, 48));
+    assert_eq!(names(folder.path()), ["a.png"]);
+    for word in [
+        "pass ",
+        "trace_primary",
+        "resolve_surfaces",
+        "light_visibility",
+        "shade_diffuse",
+        "3072",
+        "wrote a.png",
+    ] {
+        assert!(ran.out.contains(word), "{word:?} is not in {}", ran.out);
+    }
+    assert!(!ran.out.contains("gather_direct"), "a pass that the scene does not call for ran: {}", ran.out);
+    assert!(ran.errors().is_empty());
+}
+
+#[test]
+fn without_a_name_the_picture_is_called_as_the_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    succeed(folder.path(), &SMALL);
+    assert_eq!(names(folder.path()), ["cornell-box.png"]);
+    std::fs::write(folder.path().join("my scene.glb"), crate::file::binary()).unwrap();
+    succeed(folder.path(), &["render", "my scene.glb", "--size", "8x8", "--quiet"]);
+    assert_eq!(names(folder.path()), ["cornell-box.png", "my scene.glb", "my scene.png"]);
+}
+
+#[test]
+fn exr_is_linear_and_png_is_its_srgb_after_exposure() {
+    let folder = tempfile::tempdir().unwrap();
+    let ran = succeed(folder.path(), &with(&["-o", "a.exr", "--json", "--exposure", "3"]));
+    let linear = Picture::open_exr(&folder.path().join("a.exr")).unwrap();
+    assert_eq!((linear.width, linear.height), (64, 48));
+    let mean = ran.json()["mean"][0].as_f64().unwrap();
+    assert!(relative(linear.mean().x, mean) < 1e-6, "exposure must not reach the .exr");
+    for exposure in [0.0f32, 1.5, -2.0] {
+        succeed(folder.path(), &with(&["-o", "a.png", "--exposure", &exposure.to_string()]));
+        let encoded = png(&folder.path().join("a.png"));
+        for (byte, linear) in encoded.pixels().zip(&linear.pixels) {
+            for (byte, linear) in byte.0.into_iter().zip(linear.to_array()) {
+                let x = f64::from(linear * exposure.exp2()).clamp(0.0, 1.0);
+                let x = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
+                assert!((f64::from(byte) - 255.0 * x).abs() <= 0.51, "{byte} for {linear}");
+            }
+        }
+    }
+}
+
+#[test]
+fn json_is_one_object_and_quiet_is_silent() {
+    let folder = tempfile::tempdir().unwrap();
+    let json =
+        succeed(folder.path(), &with(&["--json", "-o", "a.png", "--dump", "albedo,normal,visibility"]))
+            .json();
+    assert_eq!(json["technique"], "Direct");
+    assert_eq!(json["files"].as_array().unwrap().len(), 4);
+    let passes: Vec<_> =
+        json["passes"].as_array().unwrap().iter().map(|p| p["pass"].as_str().unwrap()).collect();
+    assert!(passes.contains(&"trace_primary") && passes.contains(&"shade_diffuse"), "{passes:?}");
+    for file in json["files"].as_array().unwrap() {
+        assert_eq!(png(&folder.path().join(file.as_str().unwrap())).dimensions(), (64, 48), "{file}");
+    }
+    assert_eq!(names(folder.path()), ["a.albedo.png", "a.normal.png", "a.png", "a.visibility.png"]);
+
+    let reference =
+        ["--technique", "reference", "--samples", "8", "--json", "--dump", "direct,indirect", "-o", "r.exr"];
+    let json = succeed(folder.path(), &with(&reference)).json();
+    assert_eq!(json["samples"], 8);
+    let open = |name: &str| Picture::open_exr(&folder.path().join(name)).unwrap().mean();
+    for (name, file) in [("direct", "r.direct.exr"), ("indirect", "r.indirect.exr"), ("all", "r.exr")] {
+        let mean = json[name]["mean"][1].as_f64().unwrap();
+        assert!(mean > 0.0 && relative(open(file).y, mean) < 1e-5, "{name}: {mean}");
+        assert!(json[name]["standard_error"].as_f64().unwrap() > 0.0);
+    }
+    let occlusion = ["--technique", "ambient-occlusion", "--json", "-o", "o.exr"];
+    let json = succeed(folder.path(), &with(&occlusion)).json();
+    assert!(json["passes"].to_string().contains("ambient_openness"), "{json}");
+
+    for technique in ["direct", "reference", "ambient-occlusion", "auto"] {
+        let ran = succeed(folder.path(), &with(&["--quiet", "--samples", "4", "--technique", technique]));
+        assert_eq!((ran.out.as_str(), ran.err.as_str()), ("", ""), "{technique}");
+    }
+}
+
+#[test]
+fn parts_of_the_light_add_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = |only: &str| {
+        let arguments = ["--technique", "reference", "--samples", "8", "--only", only, "-o", "a.exr"];
+        succeed(folder.path(), &with(&arguments));
+        Picture::open_exr(&folder.path().join("a.exr")).unwrap().mean().y
+    };
+    let (direct, indirect, all) = (render("direct"), render("indirect"), render("all"));
+    assert!(direct > 0.0 && indirect > 0.0);
+    assert!(relative(direct + indirect, f64::from(all)) < 1e-5);
+}
+
+#[test]
+fn options_change_what_they_should() {
+    let folder = tempfile::tempdir().unwrap();
+    let mean = |more: &[&str]| {
+        let all = with(&[&["--json", "-o", "a.exr", "--samples", "4"], more].concat());
+        let json = succeed(folder.path(), &all).json();
+        [0, 1, 2].map(|i| json["mean"][i].as_f64().unwrap() as f32)
+    };
+    let base = mean(&[]);
+    assert_eq!(mean(&["--no-scene-lights"]), [0.0; 3]);
+    let twice = mean(&["--no-scene-lights", "--point", "0,1.8,0:4,4,4"]);
+    assert!(relative(twice[1], 2.0 * f64::from(base[1])) < 1e-5, "{twice:?} and {base:?}");
+    assert!(mean(&["--emissive"])[1] > base[1]);
+    assert!(mean(&["--sky", "0.1,0.1,0.1"])[2] > base[2]);
+    let grey = mean(&["--albedo", "0.5"]);
+    assert!(grey[0] == grey[1] && relative(mean(&["--albedo", "0.25"])[0], 0.5 * f64::from(grey[0])) < 1e-5);
+    assert_eq!(mean(&["--albedo", "0"]), [0.0; 3]);
+    for option in ["--eye=0.5,1,3", "--target=0.5,1,0", "--fov=60", "--up=1,1,0"] {
+        assert_ne!(mean(&[option]), base, "{option}");
+    }
+    for option in [["--threads", "1"], ["--threads", "3"], ["--backend", "cpu"], ["--seed", "9"]] {
+        assert_eq!(mean(&option), base, "{option:?}");
+    }
+    let occlusion = |seed: &str| mean(&["--technique", "ambient-occlusion", "--seed", seed]);
+    assert_ne!(occlusion("1"), occlusion("2"));
+    let far = mean(&["--technique", "ambient-occlusion", "--reach", "0.1"]);
+    assert!(far[0] > occlusion("1")[0]);
+    succeed(folder.path(), &with(&["--check-finite"]));
+}
+
+#[test]
+fn an_old_picture_is_replaced_or_left_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    std::fs::write(&path, "old").unwrap();
+    assert_eq!(run(folder.path(), &with(&["-o", "a.png", "--fov", "200"])).code, Some(2));
+    assert_eq!(std::fs::read(&path).unwrap(), b"old");
+    succeed(folder.path(), &with(&["-o", "a.png"]));
+    assert_eq!(png(&path).dimensions(), (64, 48));
+    assert_eq!(names(folder.path()), ["a.png"]);
+}
