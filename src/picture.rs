@@ -157,7 +157,7 @@ mod tests {
     #[test]
     fn srgb_bytes_are_the_standard_ones() {
         let table =
-            [(0.0, 0), (1.0, 255), (0.5, 188), (0.214_041_14, 127), (-1.0, 0), (7.0, 255), (f32::NAN, 0)];
+            [(0.0, 0), (1.0, 255), (0.5, 188), (0.214_041_14, 128), (-1.0, 0), (7.0, 255), (f32::NAN, 0)];
         for (linear, byte) in table {
             assert_eq!(srgb_byte(linear), byte, "{linear}");
         }

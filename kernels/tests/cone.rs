@@ -1,5 +1,8 @@
 //! Do cones step, composite and fade as their formulas say, at the ends of every range too?
 
+// Oracles and planted faults may use what kernels may not.
+#![allow(clippy::disallowed_methods)]
+
 #[path = "oracle/draw.rs"]
 mod draw;
 mod oracle;

@@ -1,5 +1,8 @@
 //! Are exactly the voxels reported that a triangle touches, or that it seals?
 
+// Oracles and planted faults may use what kernels may not.
+#![allow(clippy::disallowed_methods)]
+
 #[path = "oracle/random.rs"]
 mod random;
 #[path = "oracle/vector64.rs"]

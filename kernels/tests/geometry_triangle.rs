@@ -1,5 +1,8 @@
 //! Does a ray hit what it must, never slip through a closed surface, and is its box never passed over?
 
+// Oracles and planted faults may use what kernels may not.
+#![allow(clippy::disallowed_methods)]
+
 #[path = "oracle/random.rs"]
 mod random;
 #[path = "oracle/vector64.rs"]

@@ -1,4 +1,7 @@
 //! Do basis, zonal vectors, products and rotations agree with their definitions in float64?
+
+// Oracles and planted faults may use what kernels may not.
+#![allow(clippy::disallowed_methods)]
 // Coefficients and bands are numbered.
 #![allow(clippy::needless_range_loop)]
 
@@ -43,23 +46,6 @@ fn random<const N: usize>(draw: &mut Draw) -> [f32; N] {
 
 fn wide(v: &[f32]) -> Vec<f64> {
     v.iter().map(|&x| f64::from(x)).collect()
-}
-
-/// Prints the contents of `triple_products.rs` and `rotation_tables.rs`; run with `--ignored --nocapture`.
-#[test]
-#[ignore = "prints generated source"]
-fn print_tables() {
-    for (i, j, k, v) in sh_oracle::triples(5) {
-        println!("{i} {j} {k} {:?}", v as f32);
-    }
-    for d in sh_oracle::lobe_directions() {
-        println!("LOBE {:?}", d.map(|x| x as f32));
-    }
-    for l in 1..5 {
-        for row in sh_oracle::lobe_matrix(l) {
-            println!("M{l} {:?}", row.iter().map(|&x| x as f32).collect::<Vec<_>>());
-        }
-    }
 }
 
 #[test]

@@ -1,13 +1,14 @@
 //! Which tree do rays walk to find triangles?
 //!
-//! obvhs builds a binary tree over the triangles' boxes (locally ordered clustering, then reinsertion by surface
-//! area). It is collapsed here into the four-wide nodes of [`twinlight_kernels::geometry::bvh`], opening the
-//! child with the largest surface first. Where a binary subtree is so unbalanced that the traversal stack could
-//! overflow, its triangles are halved by count instead, so the depth is guaranteed.
-//!
-//! The build runs on one thread: the same triangles give the same bits whatever the number of threads.
+//! A binary tree over the triangles' boxes, built with obvhs, is collapsed into the four-wide nodes of
+//! [`twinlight_kernels::geometry::bvh`], opening the child with the largest surface first. Where a binary subtree is
+//! so unbalanced that the traversal stack could overflow, its triangles are halved by count instead, so the depth
+//! is guaranteed. The same triangles give the same bits whatever the number of threads.
 
 mod binary;
+mod split;
+#[cfg(test)]
+mod tests;
 
 use super::Bounds;
 use crate::error::SceneError;

@@ -38,7 +38,7 @@ impl Environment {
     /// Reads an equirectangular `.hdr` or `.exr`; negative radiances become 0.
     ///
     /// # Errors
-    /// A file that can't be read or decoded, another format, a side beyond [`MAX_SIDE`], values not finite.
+    /// A file that can't be read or decoded, another format, a side beyond 32768 pixels, values not finite.
     pub fn open(path: &Path) -> Result<Self, SceneError> {
         let error = |reason: String| SceneError::Environment { path: one_line(path.display()), reason };
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();

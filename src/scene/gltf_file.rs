@@ -9,6 +9,7 @@ use super::{Dropped, Scene};
 use crate::error::{SceneError, one_line};
 use glam::{DMat3, DVec3, Vec2, Vec3};
 use gltf::Semantic;
+use gltf::json::validation::Checked;
 use gltf::mesh::Mode;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -62,13 +63,25 @@ fn parse(bytes: &[u8]) -> Result<gltf::Gltf, String> {
     } else if bytes.iter().find(|b| !b.is_ascii_whitespace()) != Some(&b'{') {
         return Err("it starts neither with glTF nor with {".into());
     }
-    gltf::Gltf::from_slice(bytes).map_err(|e| match e {
+    let gltf::Gltf { document, blob } = gltf::Gltf::from_slice_without_validation(bytes).map_err(one_line)?;
+    let json = document.into_json();
+    // The validation looks at these accessors without looking whether they exist.
+    let positions = Checked::Valid(Semantic::Positions);
+    let primitives = json.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    if let Some(bad) = primitives
+        .filter_map(|primitive| primitive.attributes.get(&positions))
+        .find(|accessor| accessor.value() >= json.accessors.len())
+    {
+        return Err(format!("a POSITION is accessor {bad}, which does not exist"));
+    }
+    let document = gltf::Document::from_json(json).map_err(|e| match e {
         gltf::Error::Validation(faults) => {
             let first = faults.first().map(|(path, fault)| format!("{path} {fault}")).unwrap_or_default();
             format!("{} faults, the first: {}", faults.len(), one_line(first))
         }
         other => one_line(other),
-    })
+    })?;
+    Ok(gltf::Gltf { document, blob })
 }
 
 /// Materials by index in the file; `None` is the one of primitives that name none.

@@ -4,6 +4,7 @@ pub mod ambient_occlusion;
 pub mod direct;
 pub mod gbuffer;
 mod job;
+pub mod reference;
 mod world;
 
 pub use job::{Inspection, Job, NonFinite, Rendered};

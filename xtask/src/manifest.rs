@@ -34,6 +34,7 @@ pub struct Module {
 }
 
 /// The sha256 of some bytes in hexadecimal.
+#[cfg(feature = "shaders")]
 pub fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
 }

@@ -93,7 +93,6 @@ pub fn box_interval(lower: Vec3, upper: Vec3, ray: &BoxRay, t_min: f32, t_max: f
 /// Lanes with min_x > max_x are empty and never met. Minimum and maximum are `a < b ? a : b` in each lane on
 /// every backend, so lanes give the bits of [`box_interval`]; a NaN in a lane spoils that lane alone.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)]
 pub fn four_boxes(
     min_x: Vec4,
     max_x: Vec4,

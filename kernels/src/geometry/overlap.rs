@@ -109,7 +109,6 @@ pub fn overlaps_thin(a: Vec3, b: Vec3, c: Vec3, voxel: UVec3) -> bool {
 
 /// Whether the segment from −half to half on the third axis meets the triangle.
 #[inline]
-#[allow(clippy::too_many_arguments)]
 fn meets_axis(
     ax: f32,
     ay: f32,

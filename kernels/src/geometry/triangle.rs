@@ -137,7 +137,6 @@ pub struct FourHits {
 ///
 /// Lanes without a triangle may hold three equal corners. Divides only when a lane passes the edge tests.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)]
 pub fn four_triangles(
     x0: Vec4,
     y0: Vec4,

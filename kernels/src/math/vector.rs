@@ -41,8 +41,8 @@ pub fn max_abs(v: Vec3) -> f32 {
 #[inline]
 pub fn normalize_or(v: Vec3, fallback: Vec3) -> Vec3 {
     let largest = max_abs(v);
-    // Negated so that NaN falls through to the fallback as well.
-    if !super::is_finite(largest + (v.x - v.x) + (v.y - v.y) + (v.z - v.z)) || largest < super::MIN_POSITIVE {
+    let finite = super::is_finite(v.x) && super::is_finite(v.y) && super::is_finite(v.z);
+    if !finite || largest < super::MIN_POSITIVE {
         return fallback;
     }
     let exponent = ((largest.to_bits() >> 23) as i32) - 127;

@@ -111,7 +111,6 @@ pub fn emission_at(
 
 /// Returns `previous` plus what pixel `index` reflects diffusely from the environment and from emissive surfaces.
 #[inline]
-#[allow(clippy::too_many_arguments)]
 pub fn gather_direct(
     index: u32,
     params: &GatherParams,
@@ -148,7 +147,6 @@ pub fn gather_direct(
 ///
 /// An occluder at distance r counts 1/(1 + λ r), and not at all beyond the reach.
 #[inline]
-#[allow(clippy::too_many_arguments)]
 pub fn ambient_openness(
     index: u32,
     params: &GatherParams,

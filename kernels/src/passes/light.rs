@@ -82,7 +82,6 @@ fn spot_share(light: &Light, to_light: Vec3) -> f32 {
 
 /// Returns bit i set where light `first_light` + i is visible from the surface of pixel `index` and lights it.
 #[inline]
-#[allow(clippy::too_many_arguments)]
 pub fn light_visibility(
     index: u32,
     params: &LightParams,

@@ -139,14 +139,21 @@ pub fn geometric_normal(t: &Triangle) -> Vec3 {
 /// Returns the start of a ray that leaves `position` on triangle `t` along `direction`, clear of the triangle.
 ///
 /// Moved along the triangle's normal to the side that the ray goes to, by 2⁻¹⁷ of the largest coordinate: far
-/// above the rounding of positions and of the triangle test.
+/// above the rounding of positions and of the triangle test. Moved toward the triangle's centroid by 2⁻¹⁷ of the
+/// way too: a position on an edge may lie, by its rounding, behind the next triangle.
 #[inline]
 pub fn ray_origin(position: Vec3, t: &Triangle, direction: Vec3) -> Vec3 {
     let normal = geometric_normal(t);
-    let extent = max(max(max_abs(t.p0.truncate()), max_abs(t.p1.truncate())), max_abs(t.p2.truncate()));
+    let a = t.p0.truncate();
+    let b = t.p1.truncate();
+    let c = t.p2.truncate();
+    let extent = max(max(max_abs(a), max_abs(b)), max_abs(c));
     // 2⁻¹⁷
     let offset = extent * 7.629_394_5e-6;
-    if dot(normal, direction) >= 0.0 { position + normal * offset } else { position - normal * offset }
+    // 1/3 and 2⁻¹⁷
+    let inward = (((a + b) + c) * 0.333_333_34 - position) * 7.629_394_5e-6;
+    let clear = if dot(normal, direction) >= 0.0 { normal * offset } else { -normal * offset };
+    (position + inward) + clear
 }
 
 /// Returns the surface that pixel `index` of the band sees.

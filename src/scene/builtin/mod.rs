@@ -46,7 +46,8 @@ pub fn cornell_box(glossy: bool) -> Scene {
     mesh.quad([v(1.0, 0.0, -1.0), v(1.0, 0.0, 1.0), v(1.0, 2.0, 1.0), v(1.0, 2.0, -1.0)], GREEN);
     mesh.block(v(-0.35, 0.6, -0.3), v(0.6, 1.2, 0.6), 17.0, TALL);
     mesh.block(v(0.34, 0.3, 0.37), v(0.6, 0.6, 0.6), -16.5, WHITE);
-    let (x, y, z) = (0.235, 1.98, 0.19);
+    // Just below the ceiling: a wider gap would show as a dark frame in the light of the point.
+    let (x, y, z) = (0.235, 1.998, 0.19);
     mesh.quad([v(-x, y, -z), v(x, y, -z), v(x, y, z), v(-x, y, z)], LAMP);
 
     Scene {
@@ -59,7 +60,7 @@ pub fn cornell_box(glossy: bool) -> Scene {
     }
 }
 
-/// Five characters of eight spheres each on a 40 m plane at y = 0, under a sky with a soft bright side.
+/// Five characters of eight spheres each on a 300 m plane at y = 0, under a sky with a soft bright side.
 ///
 /// Characters stand 2 m apart on a staggered row; their spheres are in [`Scene::proxies`].
 pub fn spheres() -> Scene {
@@ -77,7 +78,7 @@ pub fn spheres() -> Scene {
     let mut materials = vec![diffuse(0.5, 0.5, 0.5)];
     let mut mesh = Mesh::default();
     let mut proxies = vec![];
-    let side = 20.0;
+    let side = 150.0;
     let corner = |x: f32, z: f32| Vec3::new(x * side, 0.0, z * side);
     mesh.quad([corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)], 0);
     let colours =
@@ -97,7 +98,7 @@ pub fn spheres() -> Scene {
         materials,
         environment: sky.map_or(Environment::Constant(Vec3::ONE), Environment::Map),
         camera: Some(Camera {
-            eye: Vec3::new(0.0, 3.2, 8.5),
+            eye: Vec3::new(0.0, 3.6, 11.0),
             target: Vec3::new(0.0, 0.7, 0.0),
             up: Vec3::Y,
             fov: 45.0,
@@ -107,14 +108,14 @@ pub fn spheres() -> Scene {
     }
 }
 
-/// A clear sky: blue above, white near the horizon, grey below, with a broad warm lobe around (1, 1.2, 0.8).
+/// A clear sky: blue above, white near the horizon, darker below, with a broad warm lobe around (1, 1.2, 0.8).
 fn sky_radiance(direction: Vec3) -> Vec3 {
     let height = direction.y;
-    if height < 0.0 {
-        return Vec3::splat(0.2);
-    }
     let blue = Vec3::new(0.25, 0.45, 0.9);
     let white = Vec3::new(0.8, 0.85, 0.9);
+    if height < 0.0 {
+        return white + (Vec3::splat(0.2) - white) * -height;
+    }
     let towards = direction.dot(Vec3::new(1.0, 1.2, 0.8).normalize()).max(0.0);
     // The 16th power by squaring: the same bits everywhere.
     let lobe = (0..4).fold(towards, |p, _| p * p);

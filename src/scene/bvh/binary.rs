@@ -1,12 +1,23 @@
 //! How are triangles clustered into a binary tree, and how is a subtree halved when the clusters are too deep?
+//!
+//! The top is split by binned surface area into chunks; obvhs clusters each chunk (locally ordered clustering, then
+//! reinsertion). Clustering takes the square of the number of triangles where few agree on a neighbour (identical or
+//! nested ones), so a chunk in which that happens is split further. Chunks are built in parallel, each the same
+//! whichever thread does it.
 
+use super::split;
 use crate::scene::Bounds;
-use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
+use obvhs::bvh2::{Bvh2, DEFAULT_MAX_STACK_DEPTH, reinsertion::ReinsertionOptimizer};
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use rayon::prelude::*;
 use twinlight_kernels::geometry::bvh::MAX_LEAF_BLOCKS;
 
 /// Beyond this depth reinsertion is stopped: the library's own stack holds 96 levels.
 const MAX_BINARY_DEPTH: u32 = 72;
+/// The largest number of triangles that the library clusters at once.
+const CHUNK: u32 = 32768;
+/// The same where clustering stalls.
+const STALLING_CHUNK: u32 = 1024;
 /// Part of the nodes that each pass of reinsertion tries to move, largest first.
 const REINSERTION_RATIO: f32 = 0.2;
 /// Cost of visiting a binary node, in tests of a block of four triangles.
@@ -62,10 +73,42 @@ impl Subtree {
 impl Binary {
     /// Builds the tree over finite boxes.
     pub fn build(bounds: &[Bounds]) -> Self {
-        if bounds.is_empty() {
-            return Self { order: vec![], nodes: vec![] };
+        let mut order: Vec<u32> = (0..bounds.len() as u32).collect();
+        let top = cut(&mut order, bounds, CHUNK);
+        let chunks: Vec<(Vec<u32>, Vec<Node>)> =
+            top.par_iter().filter(|node| node.leaf).map(|node| grow(&order[node.range()], bounds)).collect();
+        let mut tree = Self { order, nodes: vec![] };
+        tree.assemble(&top, chunks);
+        tree.choose_leaves(bounds);
+        tree
+    }
+
+    /// Joins the trees of the chunks, in the order of the top's leaves, below the top; children follow parents.
+    fn assemble(&mut self, top: &[Node], chunks: Vec<(Vec<u32>, Vec<Node>)>) {
+        let mut chunks = chunks.into_iter();
+        // Node of the top, and the parent here whose right child it is.
+        let mut stack = if top.is_empty() { vec![] } else { vec![(0u32, None::<u32>)] };
+        while let Some((source, right_of)) = stack.pop() {
+            let index = self.nodes.len() as u32;
+            if let Some(parent) = right_of {
+                self.nodes[parent as usize].right = index;
+            }
+            let node = top[source as usize];
+            if !node.leaf {
+                self.nodes.push(Node { left: index + 1, right: 0, ..node });
+                stack.push((node.right, Some(index)));
+                stack.push((node.left, None));
+                continue;
+            }
+            let (order, nodes) = chunks.next().unwrap_or_default();
+            self.order[node.range()].copy_from_slice(&order);
+            self.nodes.extend(nodes.into_iter().map(|n| Node {
+                first: n.first + node.first,
+                left: n.left + index,
+                right: n.right + index,
+                ..n
+            }));
         }
-        Self::flatten(&cluster(bounds), bounds)
     }
 
     /// The whole tree.
@@ -108,54 +151,15 @@ impl Binary {
         (part(node.left), part(node.right))
     }
 
-    /// Sorts a range by the centre along its longest axis and cuts it in the middle, at a multiple of four.
+    /// Cuts a range in the middle, at a multiple of four.
     fn halve(&mut self, bounds: &[Bounds], subtree: Subtree) -> (Subtree, Subtree) {
-        let centre = |i: u32| bounds[i as usize].centre();
-        let around = self.triangles(subtree).iter().fold(Bounds::EMPTY, |all, &i| {
-            let c = centre(i);
-            all.union(Bounds { min: c, max: c })
-        });
-        let size = around.size();
-        let axis =
-            if size.x >= size.y && size.x >= size.z { 0 } else { if size.y >= size.z { 1 } else { 2 } };
         let left = subtree.count.div_ceil(2).next_multiple_of(4);
         let range = &mut self.order[subtree.first as usize..(subtree.first + subtree.count) as usize];
-        range.select_nth_unstable_by(left as usize, |&i, &j| {
-            centre(i)[axis].total_cmp(&centre(j)[axis]).then(i.cmp(&j))
-        });
+        split::by_count(range, bounds, left as usize);
         (
             Subtree { count: left, ..subtree },
             Subtree { first: subtree.first + left, count: subtree.count - left, ..subtree },
         )
-    }
-
-    /// Lays the library's tree out in depth-first order, with exact boxes and the leaves that pay off.
-    fn flatten(tree: &Bvh2, bounds: &[Bounds]) -> Self {
-        let mut order = Vec::with_capacity(bounds.len());
-        let mut nodes: Vec<Node> = Vec::with_capacity(tree.nodes.len());
-        // Node of the library's tree, and the parent here whose right child it is.
-        let mut stack = vec![(0u32, None::<u32>)];
-        while let Some((source, right_of)) = stack.pop() {
-            let index = nodes.len() as u32;
-            if let Some(parent) = right_of {
-                nodes[parent as usize].right = index;
-            }
-            let node = &tree.nodes[source as usize];
-            let first = order.len() as u32;
-            let (left, right) = (index + 1, 0);
-            nodes.push(Node { bounds: Bounds::EMPTY, first, count: 0, left, right, leaf: node.is_leaf() });
-            if node.is_leaf() {
-                let from = node.first_index as usize;
-                order.extend_from_slice(&tree.primitive_indices[from..from + node.prim_count as usize]);
-                nodes[index as usize].count = node.prim_count;
-            } else {
-                stack.push((node.first_index + 1, Some(index)));
-                stack.push((node.first_index, None));
-            }
-        }
-        let mut tree = Self { order, nodes };
-        tree.choose_leaves(bounds);
-        tree
     }
 
     /// From the bottom up: boxes, counts, and whether a leaf is cheaper than its two parts.
@@ -173,10 +177,10 @@ impl Binary {
                 let (left, right) = (node.left as usize, node.right as usize);
                 node.count = self.nodes[left].count + self.nodes[right].count;
                 node.bounds = self.nodes[left].bounds.union(self.nodes[right].bounds);
-                split_cost = costs[left] + costs[right] + NODE_COST * half_area(&node.bounds);
+                split_cost = costs[left] + costs[right] + NODE_COST * split::half_area(&node.bounds);
             }
             let blocks = node.count.div_ceil(4);
-            let leaf_cost = f64::from(blocks) * half_area(&node.bounds);
+            let leaf_cost = f64::from(blocks) * split::half_area(&node.bounds);
             node.leaf = node.leaf || blocks <= 1 || (blocks <= MAX_LEAF_BLOCKS && leaf_cost <= split_cost);
             costs[index] = if node.leaf { leaf_cost } else { split_cost };
             self.nodes[index] = node;
@@ -184,28 +188,85 @@ impl Binary {
     }
 }
 
-/// In f64: boxes of 1e18 m have an area that f32 sums can't hold.
-fn half_area(bounds: &Bounds) -> f64 {
-    let s = bounds.size().as_dvec3();
-    s.x * s.y + s.y * s.z + s.z * s.x
+impl Node {
+    fn range(&self) -> std::ops::Range<usize> {
+        self.first as usize..(self.first + self.count) as usize
+    }
+}
+
+/// Sorts the triangles into chunks of at most `largest`; returns the tree above them, whose leaves are the chunks from left to right.
+fn cut(order: &mut [u32], bounds: &[Bounds], largest: u32) -> Vec<Node> {
+    let mut nodes: Vec<Node> = vec![];
+    let mut stack = if order.is_empty() { vec![] } else { vec![(0u32, order.len() as u32, None::<u32>)] };
+    while let Some((first, count, right_of)) = stack.pop() {
+        let index = nodes.len() as u32;
+        if let Some(parent) = right_of {
+            nodes[parent as usize].right = index;
+        }
+        let leaf = count <= largest;
+        let node = Node { bounds: Bounds::EMPTY, first, count, left: index + 1, right: 0, leaf };
+        nodes.push(node);
+        if !leaf {
+            let left = split::by_area(&mut order[node.range()], bounds) as u32;
+            stack.push((first + left, count - left, Some(index)));
+            stack.push((first, left, None));
+        }
+    }
+    nodes
+}
+
+/// As [`flatten`], in smaller chunks where clustering stalls.
+fn grow(triangles: &[u32], bounds: &[Bounds]) -> (Vec<u32>, Vec<Node>) {
+    let mut order = triangles.to_vec();
+    let top = cut(&mut order, bounds, STALLING_CHUNK);
+    let leaves = || top.iter().filter(|node| node.leaf).map(|node| &order[node.range()]);
+    if !leaves().any(|chunk| stalls(chunk, bounds)) {
+        return flatten(triangles, bounds);
+    }
+    let chunks = leaves().map(|chunk| flatten(chunk, bounds)).collect();
+    let mut tree = Binary { order, nodes: vec![] };
+    tree.assemble(&top, chunks);
+    (tree.order, tree.nodes)
+}
+
+/// Whether clustering these triangles takes far more than a logarithm's number of rounds.
+fn stalls(triangles: &[u32], bounds: &[Bounds]) -> bool {
+    let own: Vec<Bounds> = triangles.iter().map(|&i| bounds[i as usize]).collect();
+    // The library sets it to its rounds, or to this default where those are fewer.
+    clustered(&own).max_depth > DEFAULT_MAX_STACK_DEPTH
+}
+
+/// Clusters the given triangles; returns their new order and the tree in depth-first order, ranges and links from 0.
+fn flatten(triangles: &[u32], bounds: &[Bounds]) -> (Vec<u32>, Vec<Node>) {
+    let own: Vec<Bounds> = triangles.iter().map(|&i| bounds[i as usize]).collect();
+    let tree = cluster(&own);
+    let mut order = Vec::with_capacity(triangles.len());
+    let mut nodes: Vec<Node> = Vec::with_capacity(tree.nodes.len());
+    // Node of the library's tree, and the parent here whose right child it is.
+    let mut stack = vec![(0u32, None::<u32>)];
+    while let Some((source, right_of)) = stack.pop() {
+        let index = nodes.len() as u32;
+        if let Some(parent) = right_of {
+            nodes[parent as usize].right = index;
+        }
+        let node = &tree.nodes[source as usize];
+        let (first, count, leaf) = (order.len() as u32, node.prim_count, node.is_leaf());
+        nodes.push(Node { bounds: Bounds::EMPTY, first, count, left: index + 1, right: 0, leaf });
+        if leaf {
+            let from = node.first_index as usize;
+            let primitives = &tree.primitive_indices[from..from + count as usize];
+            order.extend(primitives.iter().map(|&i| triangles[i as usize]));
+        } else {
+            stack.push((node.first_index + 1, Some(index)));
+            stack.push((node.first_index, None));
+        }
+    }
+    (order, nodes)
 }
 
 /// Runs the library: clustering, then reinsertion as long as the tree stays shallow.
 fn cluster(bounds: &[Bounds]) -> Bvh2 {
-    // A power of two brings the largest coordinate to about 1, so that no area over- or underflows.
-    let largest = bounds.iter().fold(0.0f32, |m, b| m.max(b.min.abs().max(b.max.abs()).max_element()));
-    let scale = if largest > 0.0 { f64::from(largest).log2().floor().exp2().recip() as f32 } else { 1.0 };
-    let boxes: Vec<obvhs::aabb::Aabb> = bounds
-        .iter()
-        .map(|b| obvhs::aabb::Aabb::new((b.min * scale).into(), (b.max * scale).into()))
-        .collect();
-    let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
-        PlocSearchDistance::High,
-        &boxes,
-        (0..boxes.len() as u32).collect(),
-        SortPrecision::U128,
-        2,
-    );
+    let mut tree = clustered(bounds);
     let mut optimizer = ReinsertionOptimizer::default();
     for n in (1..32).step_by(2) {
         if depth(&tree) > MAX_BINARY_DEPTH {
@@ -214,6 +275,25 @@ fn cluster(bounds: &[Bounds]) -> Bvh2 {
         optimizer.run(&mut tree, REINSERTION_RATIO, Some(vec![1.0 / n as f32]));
     }
     tree
+}
+
+/// Runs the library's clustering alone.
+fn clustered(bounds: &[Bounds]) -> Bvh2 {
+    // A power of two brings the largest coordinate to about 1, so that no area over- or underflows.
+    let largest = bounds.iter().fold(0.0f32, |m, b| m.max(b.min.abs().max(b.max.abs()).max_element()));
+    let scale = if largest > 0.0 { f64::from(largest).log2().floor().exp2().recip() as f32 } else { 1.0 };
+    let boxes: Vec<obvhs::aabb::Aabb> = bounds
+        .iter()
+        .map(|b| obvhs::aabb::Aabb::new((b.min * scale).into(), (b.max * scale).into()))
+        .collect();
+    let indices = (0..boxes.len() as u32).collect();
+    PlocBuilder::with_capacity(boxes.len()).build(
+        PlocSearchDistance::High,
+        &boxes,
+        indices,
+        SortPrecision::U64,
+        0,
+    )
 }
 
 /// Levels below the root.

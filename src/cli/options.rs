@@ -1,0 +1,200 @@
+//! Which scene, lights, camera and backend do the options ask for?
+
+use super::Failure;
+use crate::backend::{Arithmetic, Cpu, Gpu, GpuOptions};
+use crate::scene::light::{default_light, parse_point, parse_sky, parse_spot, parse_sun, parse_vector};
+use crate::scene::{Environment, Scene, bvh::Bvh};
+use crate::technique::View;
+use clap::{Args, ValueEnum};
+use glam::Vec4;
+use std::path::PathBuf;
+use twinlight_kernels::passes::scene::NO_TEXTURE;
+
+/// The largest side of a picture.
+const MAX_SIDE: u32 = 32_768;
+/// The largest number of pixels: beyond it the buffers of one picture no longer fit into common memories.
+const MAX_PIXELS: u64 = 1 << 27;
+
+/// The scene and how it is looked at and lit.
+#[derive(Args, Clone)]
+pub(crate) struct SceneOptions {
+    /// A .glb or .gltf file, or cornell-box, cornell-glossy, spheres
+    pub scene: String,
+    /// Picture size in pixels
+    #[arg(long, default_value = "512x512", value_name = "WxH", value_parser = parse_size)]
+    pub size: (u32, u32),
+    /// Camera position, metres
+    #[arg(long, value_name = "x,y,z", allow_hyphen_values = true)]
+    pub eye: Option<String>,
+    /// Point in the middle of the picture, metres
+    #[arg(long, value_name = "x,y,z", allow_hyphen_values = true)]
+    pub target: Option<String>,
+    /// Direction upwards in the picture
+    #[arg(long, value_name = "x,y,z", allow_hyphen_values = true)]
+    pub up: Option<String>,
+    /// Full vertical angle of view in degrees
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    pub fov: Option<f32>,
+    /// Point light: position and radiant intensity in W/sr; repeatable
+    #[arg(long, value_name = "x,y,z:R,G,B", allow_hyphen_values = true)]
+    pub point: Vec<String>,
+    /// Spot light: position, direction, W/sr, half angles in degrees; repeatable
+    #[arg(long, value_name = "x,y,z:dx,dy,dz:R,G,B:OUTER[,INNER]", allow_hyphen_values = true)]
+    pub spot: Vec<String>,
+    /// Sun: the way light travels, and irradiance in W/m² on a surface that faces it; repeatable
+    #[arg(long, value_name = "dx,dy,dz:R,G,B", allow_hyphen_values = true)]
+    pub sun: Vec<String>,
+    /// Constant radiance from all around
+    #[arg(long, value_name = "R,G,B", conflicts_with = "environment", allow_hyphen_values = true)]
+    pub sky: Option<String>,
+    /// Equirectangular radiance from a file
+    #[arg(long, value_name = "FILE.hdr|.exr")]
+    pub environment: Option<PathBuf>,
+    /// Ignore the lights and the surroundings of the scene
+    #[arg(long)]
+    pub no_scene_lights: bool,
+    /// Let emissive surfaces emit
+    #[arg(long)]
+    pub emissive: bool,
+    /// Override every albedo by this grey
+    #[arg(long, value_name = "A")]
+    pub albedo: Option<f32>,
+}
+
+/// Where and how to compute.
+#[derive(Args, Clone)]
+pub(crate) struct BackendOptions {
+    /// Part of the adapter's name
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+    /// Arithmetic of the GPU; the CPU is always strict [default: fast for render, strict for compare]
+    #[arg(long)]
+    pub arithmetic: Option<ArithmeticChoice>,
+    /// Worker threads of the CPU [default: one per core]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+}
+
+/// `--arithmetic`.
+#[derive(Clone, Copy, ValueEnum, PartialEq, Eq, Debug)]
+pub(crate) enum ArithmeticChoice {
+    /// The same bits as the CPU
+    Strict,
+    /// The driver's functions, within declared tolerances
+    Fast,
+}
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let parsed = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    let Some((width, height)) = parsed else {
+        return Err("expected WxH in pixels, such as 1280x720".into());
+    };
+    if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
+        return Err(format!("each side must be from 1 to {MAX_SIDE} pixels"));
+    }
+    if u64::from(width) * u64::from(height) > MAX_PIXELS {
+        return Err(format!("at most {MAX_PIXELS} pixels in all"));
+    }
+    Ok((width, height))
+}
+
+impl SceneOptions {
+    /// Opens the scene with its lights as asked for, and its view.
+    pub(crate) fn open(&self) -> Result<(Scene, View), Failure> {
+        let mut scene = Scene::open(&self.scene)?;
+        if self.no_scene_lights {
+            scene.lights.clear();
+            scene.environment = Environment::None;
+        }
+        for text in &self.point {
+            scene.lights.push(parse_point(text)?);
+        }
+        for text in &self.spot {
+            scene.lights.push(parse_spot(text)?);
+        }
+        for text in &self.sun {
+            scene.lights.push(parse_sun(text)?);
+        }
+        if let Some(text) = &self.sky {
+            scene.environment = parse_sky(text)?;
+        }
+        if let Some(path) = &self.environment {
+            scene.environment = Environment::open(path)?;
+        }
+        if let Some(albedo) = self.albedo {
+            override_albedo(&mut scene, albedo)?;
+        }
+        let census = scene.census();
+        let lit = census.has_environment || (self.emissive && census.has_emission);
+        if scene.lights.is_empty() && !lit && !self.no_scene_lights {
+            scene.lights.push(default_light(&scene.bounds()));
+            scene.warnings.push("the scene has no lights: a default point light was added".into());
+        }
+        let view = self.view(&scene)?;
+        Ok((scene, view))
+    }
+
+    fn view(&self, scene: &Scene) -> Result<View, Failure> {
+        let mut camera = scene.view();
+        if let Some(text) = &self.eye {
+            camera.eye = parse_vector("--eye", text)?;
+        }
+        if let Some(text) = &self.target {
+            camera.target = parse_vector("--target", text)?;
+        } else if self.eye.is_some() {
+            camera.target = scene.bounds().centre();
+        }
+        if let Some(text) = &self.up {
+            camera.up = parse_vector("--up", text)?;
+        }
+        if let Some(fov) = self.fov {
+            camera.fov = fov;
+        }
+        Ok(View::new(&camera, self.size.0, self.size.1)?)
+    }
+}
+
+/// Makes every surface Lambertian with one grey albedo; holes stay.
+fn override_albedo(scene: &mut Scene, albedo: f32) -> Result<(), Failure> {
+    if !(0.0..=1.0).contains(&albedo) {
+        return Err(Failure::Request(format!("--albedo {albedo}: give a number from 0 to 1")));
+    }
+    for m in &mut scene.materials {
+        m.base = Vec4::new(albedo, albedo, albedo, m.base.w);
+        m.metallic = 0.0;
+        m.roughness = 1.0;
+        m.rough_size = NO_TEXTURE;
+        // The colour texture stays for its alpha: its colours become white.
+        let (width, height) = ((m.base_size & 0xFFFF) as usize, (m.base_size >> 16) as usize);
+        let first = 2 * m.base_texture as usize;
+        for texel in scene.texels[first..].chunks_exact_mut(2).take(width * height) {
+            texel[0] = 0xFFFF_FFFF;
+            texel[1] |= 0xFFFF;
+        }
+    }
+    Ok(())
+}
+
+/// Builds the tree on the backend's threads.
+pub(crate) fn build_tree(scene: &Scene) -> Result<Bvh, Failure> {
+    Ok(Bvh::build(&scene.triangles, &scene.materials)?)
+}
+
+impl BackendOptions {
+    /// Starts the CPU backend.
+    pub(crate) fn cpu(&self) -> Result<Cpu, Failure> {
+        if self.threads == Some(0) {
+            return Err(Failure::Request("--threads 0: give at least 1".into()));
+        }
+        Ok(Cpu::new(self.threads)?)
+    }
+
+    /// Opens the GPU backend.
+    pub(crate) fn gpu(&self, default: ArithmeticChoice) -> Result<Gpu, Failure> {
+        let arithmetic = match self.arithmetic.unwrap_or(default) {
+            ArithmeticChoice::Strict => Arithmetic::Strict,
+            ArithmeticChoice::Fast => Arithmetic::Fast,
+        };
+        Ok(Gpu::new(&GpuOptions { adapter: self.adapter.clone(), arithmetic })?)
+    }
+}

@@ -1,0 +1,7 @@
+//! The `twinlight` command: see `twinlight --help`.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    twinlight::cli::main()
+}

@@ -1,0 +1,108 @@
+//! How does a test make a glTF file that is right but for one thing?
+
+use base64::Engine;
+use serde_json::{Value, json};
+use twinlight::error::SceneError;
+use twinlight::scene::Scene;
+
+/// A file with one triangle, to be changed by a test: positions at 0, normals at 36, coordinates at 72, indices at 96.
+pub struct File {
+    json: Value,
+    bytes: Vec<u8>,
+}
+
+impl File {
+    pub fn new() -> Self {
+        let mut bytes = vec![];
+        let numbers: [f32; 24] = [
+            0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, // positions
+            0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, // normals
+            0.0, 0.0, 1.0, 0.0, 0.0, 1.0, // texture coordinates
+        ];
+        numbers.iter().for_each(|n| bytes.extend(n.to_le_bytes()));
+        [0u16, 1, 2, 0].iter().for_each(|i| bytes.extend(i.to_le_bytes()));
+        let json = json!({
+            "asset": {"version": "2.0"},
+            "scene": 0,
+            "scenes": [{"nodes": [0]}],
+            "nodes": [{"mesh": 0}],
+            "meshes": [{"name": "part", "primitives": [{
+                "attributes": {"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2}, "indices": 3, "material": 0
+            }]}],
+            "materials": [{"pbrMetallicRoughness": {"metallicFactor": 0.0}}],
+            "accessors": [
+                {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                 "min": [0.0, 0.0, 0.0], "max": [1.0, 1.0, 0.0]},
+                {"bufferView": 0, "byteOffset": 36, "componentType": 5126, "count": 3, "type": "VEC3"},
+                {"bufferView": 0, "byteOffset": 72, "componentType": 5126, "count": 3, "type": "VEC2"},
+                {"bufferView": 0, "byteOffset": 96, "componentType": 5123, "count": 3, "type": "SCALAR"},
+            ],
+            "bufferViews": [{"buffer": 0, "byteLength": 104}],
+        });
+        Self { json, bytes }
+    }
+
+    /// Replaces or adds what is at a JSON pointer.
+    pub fn set(mut self, pointer: &str, value: Value) -> Self {
+        let (parent, key) = pointer.rsplit_once('/').unwrap();
+        let parent = self.json.pointer_mut(parent).unwrap();
+        match parent.as_array_mut() {
+            Some(array) => array[key.parse::<usize>().unwrap()] = value,
+            None => parent[key] = value,
+        }
+        self
+    }
+
+    pub fn float(mut self, offset: usize, value: f32) -> Self {
+        self.bytes[offset..offset + 4].copy_from_slice(&value.to_le_bytes());
+        self
+    }
+
+    pub fn index(mut self, place: usize, value: u16) -> Self {
+        self.bytes[96 + 2 * place..98 + 2 * place].copy_from_slice(&value.to_le_bytes());
+        self
+    }
+
+    /// Embeds a picture as image 0 and texture 0.
+    pub fn picture(self, picture: image::DynamicImage) -> Self {
+        let mut png = std::io::Cursor::new(vec![]);
+        picture.write_to(&mut png, image::ImageFormat::Png).unwrap();
+        let text = base64::engine::general_purpose::STANDARD.encode(png.into_inner());
+        self.set("/images", json!([{"uri": format!("data:image/png;base64,{text}")}]))
+            .set("/textures", json!([{"source": 0}]))
+    }
+
+    /// Opens it as .gltf with an embedded buffer.
+    pub fn open(mut self) -> Result<Scene, SceneError> {
+        if self.json.get("buffers").is_none() {
+            let text = base64::engine::general_purpose::STANDARD.encode(&self.bytes);
+            let uri = format!("data:application/octet-stream;base64,{text}");
+            self.json["buffers"] = json!([{"byteLength": self.bytes.len(), "uri": uri}]);
+        }
+        open_bytes(self.json.to_string().as_bytes(), "test.gltf")
+    }
+}
+
+/// Writes a file of that name and opens it.
+pub fn open_bytes(bytes: &[u8], name: &str) -> Result<Scene, SceneError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).unwrap();
+    Scene::open(path.to_str().unwrap())
+}
+
+/// A binary file of the plain scene.
+pub fn binary() -> Vec<u8> {
+    let File { mut json, bytes } = File::new();
+    json["buffers"] = json!([{"byteLength": bytes.len()}]);
+    let mut text = json.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let mut file = b"glTF\x02\0\0\0".to_vec();
+    file.extend((28 + text.len() as u32 + bytes.len() as u32).to_le_bytes());
+    for (kind, chunk) in [(b"JSON", text), (b"BIN\0", bytes)] {
+        file.extend((chunk.len() as u32).to_le_bytes());
+        file.extend(kind);
+        file.extend(chunk);
+    }
+    file
+}
