@@ -82,7 +82,11 @@ fn check(bvh: &Bvh, triangles: &[Triangle]) {
                 }
             }
             let (min, max) = pad_bounds(tight.min, tight.max);
-            assert_eq!(Bounds { min, max }, bounds, "leaf bounds are the triangles' own, padded for rounding");
+            assert_eq!(
+                Bounds { min, max },
+                bounds,
+                "leaf bounds are the triangles' own, padded for rounding"
+            );
         }
     }
     assert!(seen.iter().all(|&n| n == 1), "every triangle once");
