@@ -208,7 +208,7 @@ impl Gpu {
         let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let result = call(self);
         let faults = [validation, internal, memory].map(|scope| pollster::block_on(scope.pop()));
-        for fault in faults.into_iter().flatten() {
+        if let Some(fault) = faults.into_iter().flatten().next() {
             return Err(match fault {
                 wgpu::Error::OutOfMemory { .. } => GpuError::OutOfMemory { what: what.to_owned() },
                 other => self.lost_or(what, other.to_string()),

@@ -156,7 +156,7 @@ fn a_buffer_beyond_the_limits_is_refused_before_it_is_allocated() {
     let Some(mut gpu) = own() else { return };
     let limits = gpu.device().limits();
     let allowed = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
-    let error = gpu.alloc::<u32>("huge", (allowed / 4 + 1) as usize).err().expect("beyond the limit");
+    let error = gpu.alloc::<u32>("huge", (allowed / 4 + 1) as usize).expect_err("beyond the limit");
     assert!(matches!(error, GpuError::LimitTooSmall { .. }), "{error}");
     assert!(
         error.to_string().contains("huge") && error.to_string().contains(&allowed.to_string()),
@@ -169,7 +169,7 @@ fn more_items_than_the_output_holds_are_refused() {
     let Some(mut gpu) = own() else { return };
     let a = gpu.upload("a", &vectors(11)).unwrap();
     let mut sum = gpu.alloc("sum", 10).unwrap();
-    let error = gpu.add_radiance(&AddParams::default(), &a, &a, &mut sum, 11).err().expect("11 > 10");
+    let error = gpu.add_radiance(&AddParams::default(), &a, &a, &mut sum, 11).expect_err("11 > 10");
     assert!(
         matches!(error, GpuError::TooManyItems { pass: "add_radiance", items: 11, capacity: 10 }),
         "{error}"

@@ -1,6 +1,7 @@
 //! Which random inputs do tests draw? Log-uniform magnitudes mixed with special values, from a printed seed.
+#![allow(dead_code)]
 
-use glam::{UVec4, Vec2, Vec3, Vec4};
+use glam::{UVec4, Vec3, Vec4};
 use proptest::prelude::*;
 use proptest::sample::select;
 use proptest::strategy::ValueTree;
@@ -134,11 +135,6 @@ impl Draw {
             self.uniform(-extent, extent),
         );
         if self.rarely(8) { p.round() } else { p }
-    }
-
-    /// A point of the unit square.
-    pub fn square(&mut self) -> Vec2 {
-        Vec2::new(self.unit(), self.unit())
     }
 
     /// A unit vector; sometimes an axis, a diagonal, or with one tiny component.
