@@ -1,5 +1,10 @@
 //! On which inputs is each pass timed?
 
+#[path = "evaluate.rs"]
+mod evaluate;
+
+pub use evaluate::*;
+
 use bytemuck::Pod;
 use glam::Vec3;
 use twinlight::backend::{Cpu, CpuBuffer};

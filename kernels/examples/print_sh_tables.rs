@@ -1,7 +1,6 @@
 //! Prints the numbers of `src/sh/triple_products.rs` and `src/sh/rotation_tables.rs`, computed in float64.
 
 #[path = "../tests/oracle/sh.rs"]
-#[allow(dead_code)]
 mod sh_oracle;
 
 fn main() {
