@@ -21,3 +21,8 @@ pub mod primitives;
 pub mod report;
 pub mod scene;
 pub mod technique;
+
+/// The README's examples, compiled and run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
