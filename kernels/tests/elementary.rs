@@ -149,6 +149,49 @@ fn dense_sweeps_stay_within_the_stated_ulp() {
 }
 
 #[test]
+fn functions_of_two_numbers_and_angles_stay_within_the_stated_ulp() {
+    let mut state = 1u32;
+    let mut unit = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(state >> 8) / f64::from(1 << 24)
+    };
+    let (mut atan2, mut pow, mut fast, mut angle, mut turn) = (0.0f64, 0.0f64, 0.0f64, 0.0f64, 0.0f64);
+    for _ in 0..400_000 {
+        // Log-uniform magnitudes over 24 octaves.
+        let (y, x) = ((unit() * 24.0 - 12.0).exp2() as f32, (unit() * 24.0 - 12.0).exp2() as f32);
+        let x = if unit() < 0.5 { -x } else { x };
+        atan2 = atan2.max(ulp_error(strict::atan2(y, x), f64::from(y).atan2(f64::from(x))));
+        let (base, exponent) = ((unit() * 8.0 - 6.0).exp2() as f32, (unit() * 256.0 - 128.0) as f32);
+        let truth = f64::from(base).powf(f64::from(exponent));
+        if (1e-37..1e38).contains(&truth) {
+            pow = pow.max(ulp_error(strict::pow(base, exponent), truth));
+            let allowed = (exponent * base.log2()).abs() * 1.1e-7 + 1.6e-7;
+            fast = fast
+                .max((f64::from(strict::pow_fast(base, exponent)) / truth - 1.0).abs() / f64::from(allowed));
+        }
+        let radians = (unit() * 2000.0 - 1000.0) as f32;
+        let (s, c) = strict::sin_cos(radians);
+        for (got, truth) in [(s, f64::from(radians).sin()), (c, f64::from(radians).cos())] {
+            if truth.abs() > 1.0 / 1024.0 {
+                angle = angle.max(ulp_error(got, truth));
+            }
+        }
+        let turns = (unit() * 8.0 - 4.0) as f32;
+        let (s, c) = strict::sin_cos_turn(turns);
+        let exact = f64::from(turns) * std::f64::consts::TAU;
+        turn = turn.max((f64::from(s) - exact.sin()).abs()).max((f64::from(c) - exact.cos()).abs());
+    }
+    println!(
+        "atan2 {atan2:.3}, pow {pow:.3}, sin_cos {angle:.3} ULP; pow_fast {fast:.2} of its bound; turns {turn:.2e}"
+    );
+    assert!(atan2 <= 1.54 && pow <= 1.7 && angle <= 1.56, "atan2 {atan2}, pow {pow}, sin_cos {angle}");
+    assert!(fast <= 1.0 && turn <= 1.15e-7, "pow_fast {fast} of its bound, turns {turn:e}");
+    // Planted fault: the fast power must not pass for the accurate one.
+    let planted = ulp_error(strict::pow_fast(0.7, 120.3), f64::from(0.7f32).powf(f64::from(120.3f32)));
+    assert!(planted > 1.7, "the planted fault is off by {planted} ULP only");
+}
+
+#[test]
 fn quarter_turns_and_powers_of_two_are_exact() {
     for k in -8i32..=8 {
         let (s, c) = strict::sin_cos_turn(k as f32 * 0.25);

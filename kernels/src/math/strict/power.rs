@@ -1,4 +1,4 @@
-//! What is x^y: for small whole y, roughly and fast, or to 1.5 ULP?
+//! What is x^y: for small whole y, roughly and fast, or to 1.7 ULP?
 
 use super::{abs, clamp, exp2_integer, f, floor, is_nan, log2, to_i32, two_product, two_sum};
 
@@ -20,7 +20,7 @@ pub fn powi(x: f32, n: u32) -> f32 {
     result
 }
 
-/// Returns x^y as exp2(y·log₂ x): relative error up to |y log₂ x|·6e-8 + 1e-7, 45 flops.
+/// Returns x^y as exp2(y·log₂ x): relative error up to |y log₂ x|·1.1e-7 + 1.6e-7, 45 flops.
 ///
 /// x below 2⁻¹²⁶ (and negative x) counts as 2⁻¹²⁶; NaN for NaN.
 #[inline]
@@ -79,7 +79,7 @@ fn log2_double(x: f32) -> (f32, f32) {
     (high, (h - high) + l)
 }
 
-/// Returns x^y for x > 0: 1.5 ULP (y up to 2048, x up to 1 − 1e-7).
+/// Returns x^y for x > 0: 1.7 ULP (measured for y to ±128, x from 2⁻⁶ to 4; 1.5 on the golden inputs).
 ///
 /// x < 2⁻¹²⁶ counts as 0: 0 for y > 0, 1 for y = 0, +∞ for y < 0. NaN for NaN; x = +∞ as the limit.
 #[inline]
