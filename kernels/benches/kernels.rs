@@ -361,7 +361,7 @@ fn sh_order<const B: usize, const N: usize>(c: &mut Criterion) {
     kernel(group, "cap", &sines, |s| sh::cap::<B>(*s));
     kernel(group, "log_occlusion", &sines, |s| sh::log_occlusion::<B>(&table, 64, *s));
     kernel(group, "rotate_zonal", &directions, |d| sh::rotate_zonal::<B, N>(&[0.5; B], *d));
-    kernel(group, "irradiance", &vectors, |v| sh::irradiance::<B, N>(v));
+    kernel(group, "irradiance", &vectors, sh::irradiance::<B, N>);
 }
 
 fn spherical_harmonics(c: &mut Criterion) {
