@@ -213,7 +213,9 @@ pub fn light_visibility(s: &Samples) -> Case<LightParams, LightVisibility> {
     map(s.light, (surfaces, lights, nodes, blocks, s.triangles(), materials, texels), COUNT)
 }
 
-pub fn shade_diffuse(s: &Samples) -> Case<LightParams, (Vec<Surface>, Vec<Light>, Vec<u32>, Vec<Vec4>)> {
+type ShadeDiffuse = (Vec<Surface>, Vec<Light>, Vec<u32>, Vec<Vec4>);
+
+pub fn shade_diffuse(s: &Samples) -> Case<LightParams, ShadeDiffuse> {
     map(s.light, (copy(&s.surfaces), copy(&s.world.lights), copy(&s.visible), vectors(COUNT)), COUNT)
 }
 
