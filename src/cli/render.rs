@@ -316,6 +316,15 @@ fn run_reference(a: &RenderArguments, scene: &Scene, tree: &Bvh, view: &View) ->
             "interrupted before the first paths were done; nothing was written".into(),
         ));
     }
+    if a.check_finite {
+        let bad = |p: &Picture| p.pixels.iter().filter(|c| !c.is_finite()).count();
+        let (direct, indirect) = (bad(&result.direct), bad(&result.indirect));
+        if direct + indirect > 0 {
+            return Err(Failure::Work(format!(
+                "non-finite pixels: {direct} in direct, {indirect} in indirect; please report the scene"
+            )));
+        }
+    }
     Ok(reference_outcome(a, result, start.elapsed().as_secs_f64(), stop.load(Ordering::Relaxed)))
 }
 
