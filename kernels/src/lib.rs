@@ -4,6 +4,13 @@
 //! Compiled natively it gives the *strict* result; compiled by rust-gpu it gives the same bits when the
 //! float operations carry `NoContraction` (the `strict` modules of `twinlight-gpu` do).
 //!
+//! ```
+//! use twinlight_kernels::cone;
+//!
+//! // A sample of opacity 0.5 taken over half a voxel, twice, covers as much as over a whole one.
+//! let half = cone::corrected_opacity(0.5, 0.5);
+//! assert!(((1.0 - half) * (1.0 - half) - 0.5).abs() < 1e-6);
+//! ```
 #![no_std]
 #![forbid(unsafe_code)]
 // Spelled-out comparisons define what NaN does; the suggested forms do not or compile to other code on a GPU.
