@@ -17,7 +17,7 @@ pub use buffer::GpuBuffer;
 pub use device::{Gpu, GpuOptions, adapters, describe};
 pub use error::GpuError;
 pub use modules::{Variant, module};
-pub use probe::Probe;
+pub use probe::{HalfRounding, Probe};
 pub use wgpu;
 
 /// Which arithmetic the shaders use.

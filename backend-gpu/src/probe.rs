@@ -2,7 +2,19 @@
 
 use crate::{Gpu, GpuError, Variant};
 use twinlight_kernels::passes::elementary::{evaluate_elementary, function};
-use twinlight_kernels::passes::elements::ElementaryParams;
+use twinlight_kernels::passes::elements::{DigitParams, ElementaryParams};
+use twinlight_kernels::passes::sort::{DIGITS, SORT_BLOCK};
+
+/// How a device rounds f32 to 16 bits; Vulkan leaves it open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HalfRounding {
+    /// To the nearest, ties to even.
+    Nearest,
+    /// Toward zero.
+    TowardZero,
+    /// Neither.
+    Other,
+}
 
 /// What a device does with floats, found by running the elementary functions on it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,6 +33,10 @@ pub struct Probe {
     pub denormals: bool,
     /// floor and conversion to integers are exact.
     pub conversions: bool,
+    /// Integer atomics lose no addition; every scatter pass rests on them.
+    pub atomics: bool,
+    /// Rounding of f32 to 16 bits; no kernel converts that way.
+    pub half: HalfRounding,
     /// Every elementary function gives the CPU's bits, with division and square root in software.
     pub elementary: bool,
 }
@@ -33,6 +49,7 @@ impl Probe {
             (self.sums_kept, "it re-associates decorated sums"),
             (self.products_rounded, "it contracts decorated products"),
             (self.conversions, "floor or conversion to integers is not exact"),
+            (self.atomics, "its integer atomics lose additions"),
             (self.elementary, "the elementary functions differ from the CPU's"),
         ];
         for (holds, reason) in needs {
@@ -87,6 +104,8 @@ impl Gpu {
             square_root: false,
             denormals: false,
             conversions: false,
+            atomics: self.atomics_are_exact()?,
+            half: self.half_rounding()?,
             elementary: false,
         };
         if !probe.passthrough {
@@ -108,6 +127,65 @@ impl Gpu {
         self.set_variant(before);
         self.take_timings()?;
         Ok(probe)
+    }
+
+    /// Counts 4096 digits, all into few cells, with the scatter pass that does it for the sort.
+    fn atomics_are_exact(&mut self) -> Result<bool, GpuError> {
+        let pairs: Vec<u32> = (0..4096).flat_map(|i| [i % 3, i]).collect();
+        let blocks = 4096 / SORT_BLOCK;
+        let items = self.upload("probe pairs", &pairs)?;
+        let mut counts = self.alloc("probe counts", (DIGITS * blocks) as usize)?;
+        let params = DigitParams { count: 4096, blocks, ..Default::default() };
+        self.count_digits(&params, &items, &mut counts, 4096)?;
+        let counts = self.download(&counts)?;
+        let of_digit =
+            |d: u32| counts[(d * blocks) as usize..((d + 1) * blocks) as usize].iter().sum::<u32>();
+        Ok((of_digit(0), of_digit(1), of_digit(2)) == (1366, 1365, 1365)
+            && counts.iter().sum::<u32>() == 4096)
+    }
+
+    /// Packs numbers beside and between two halves.
+    fn half_rounding(&mut self) -> Result<HalfRounding, GpuError> {
+        const SOURCE: &str = "@group(0) @binding(0) var<storage, read_write> cells: array<u32>;
+            @compute @workgroup_size(1) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+                cells[id.x] = pack2x16float(vec2<f32>(bitcast<f32>(cells[id.x]), 0.0));
+            }";
+        // In units of the last place of 1 as a half: just above a half, a tie to even, a tie to odd, all of it.
+        let steps = [0.501f32, 0.5, 1.5, 1.0];
+        let inputs: Vec<u32> = steps.iter().map(|s| (1.0 + s / 1024.0).to_bits()).collect();
+        let cells = self.upload("probe halves", &inputs)?;
+        let group = self.scoped("the probe of halves", |gpu| {
+            let module = gpu.device().create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some("probe halves"),
+                source: wgpu::ShaderSource::Wgsl(SOURCE.into()),
+            });
+            let pipeline = gpu.device().create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some("probe halves"),
+                layout: None,
+                module: &module,
+                entry_point: Some("main"),
+                compilation_options: Default::default(),
+                cache: None,
+            });
+            let group = gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("probe halves"),
+                layout: &pipeline.get_bind_group_layout(0),
+                entries: &[wgpu::BindGroupEntry { binding: 0, resource: cells.wgpu().as_entire_binding() }],
+            });
+            (pipeline, group)
+        })?;
+        {
+            let mut pass = self.encoder().begin_compute_pass(&Default::default());
+            pass.set_pipeline(&group.0);
+            pass.set_bind_group(0, &group.1, &[]);
+            pass.dispatch_workgroups(steps.len() as u32, 1, 1);
+        }
+        let one = 0x3C00;
+        Ok(match self.download(&cells)?[..] {
+            [a, b, c, d] if [a, b, c, d] == [one + 1, one, one + 2, one + 1] => HalfRounding::Nearest,
+            [a, b, c, d] if [a, b, c, d] == [one, one, one + 1, one + 1] => HalfRounding::TowardZero,
+            _ => HalfRounding::Other,
+        })
     }
 
     fn agrees(&mut self, which: u32) -> Result<bool, GpuError> {

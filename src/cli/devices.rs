@@ -4,7 +4,7 @@ use super::{Failure, print_out};
 use crate::backend::{Gpu, GpuOptions};
 use clap::Args;
 use serde_json::{Value, json};
-use twinlight_gpu::{Probe, adapters, describe};
+use twinlight_gpu::{HalfRounding, Probe, adapters, describe};
 
 #[derive(Args)]
 pub(crate) struct DevicesArguments {
@@ -62,7 +62,7 @@ fn probe_text(p: &Probe) -> String {
     };
     format!(
         "  strict arithmetic: {strict}\n  SPIR-V unchanged {}, sums kept {}, products rounded {}, division exact {}, \
-         square root exact {}, denormals kept {}, conversions exact {}, elementary functions exact {}\n",
+         square root exact {}, denormals kept {}, conversions exact {}, integer atomics exact {}, halves rounded {}, elementary functions exact {}\n",
         yes(p.passthrough),
         yes(p.sums_kept),
         yes(p.products_rounded),
@@ -70,8 +70,18 @@ fn probe_text(p: &Probe) -> String {
         yes(p.square_root),
         yes(p.denormals),
         yes(p.conversions),
+        yes(p.atomics),
+        half_text(p.half),
         yes(p.elementary)
     )
+}
+
+fn half_text(half: HalfRounding) -> &'static str {
+    match half {
+        HalfRounding::Nearest => "to nearest",
+        HalfRounding::TowardZero => "toward zero",
+        HalfRounding::Other => "otherwise",
+    }
 }
 
 fn probe_json(p: &Probe) -> Value {
@@ -84,6 +94,8 @@ fn probe_json(p: &Probe) -> Value {
         "square_root": p.square_root,
         "denormals": p.denormals,
         "conversions": p.conversions,
+        "atomics": p.atomics,
+        "half_rounding": half_text(p.half),
         "elementary": p.elementary,
     })
 }
