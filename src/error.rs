@@ -104,6 +104,16 @@ pub enum SceneError {
     },
 }
 
+/// A knob of a technique that is out of range.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("--{knob}: {reason}")]
+pub struct SettingsError {
+    /// The knob, named as on the command line.
+    pub knob: &'static str,
+    /// What is wrong, with the range.
+    pub reason: String,
+}
+
 /// Returns the text of `value` on one line.
 pub(crate) fn one_line(value: impl Display) -> String {
     value.to_string().split_whitespace().collect::<Vec<_>>().join(" ")

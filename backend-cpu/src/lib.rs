@@ -51,13 +51,14 @@ pub enum CpuError {
 pub struct Cpu {
     pool: rayon::ThreadPool,
     timings: Vec<PassTiming>,
+    stage: &'static str,
 }
 
 impl Cpu {
     /// Starts `threads` worker threads, or one per core.
     pub fn new(threads: Option<usize>) -> Result<Self, CpuError> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build()?;
-        Ok(Self { pool, timings: Vec::new() })
+        Ok(Self { pool, timings: Vec::new(), stage: "" })
     }
 
     /// Number of worker threads.
@@ -105,8 +106,14 @@ impl Cpu {
         std::mem::take(&mut self.timings)
     }
 
+    /// Names the part of a technique that the passes from here on belong to, for their timings.
+    pub fn set_stage(&mut self, stage: &'static str) {
+        self.stage = stage;
+    }
+
     fn record(&mut self, pass: &'static PassInfo, items: u32, bytes: u64, time: Duration) {
-        self.timings.push(PassTiming { pass: pass.name, items, bytes, nanoseconds: time.as_nanos() as f64 });
+        let (stage, nanoseconds) = (self.stage, time.as_nanos() as f64);
+        self.timings.push(PassTiming { pass: pass.name, stage, items, bytes, nanoseconds });
     }
 }
 

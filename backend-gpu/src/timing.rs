@@ -12,6 +12,8 @@ pub(crate) struct Timestamps {
     resolved: Option<wgpu::Buffer>,
     /// Nanoseconds per tick.
     period: f64,
+    /// The part of a technique that the next passes belong to.
+    stage: &'static str,
     /// Passes recorded since the last submission.
     current: Vec<PassTiming>,
     /// Submitted passes with the buffer that will hold their ticks.
@@ -40,6 +42,7 @@ impl Timestamps {
             queries,
             resolved,
             period: f64::from(queue.get_timestamp_period()),
+            stage: "",
             current: Vec::new(),
             pending: Vec::new(),
         }
@@ -51,7 +54,8 @@ impl Timestamps {
 
     /// Notes a pass and returns its slot.
     pub(crate) fn begin(&mut self, pass: &'static str, items: u32, bytes: u64) -> Option<u32> {
-        self.current.push(PassTiming { pass, items, bytes, nanoseconds: f64::NAN });
+        let stage = self.stage;
+        self.current.push(PassTiming { pass, stage, items, bytes, nanoseconds: f64::NAN });
         self.queries.as_ref().map(|_| self.current.len() as u32 - 1)
     }
 
@@ -92,6 +96,11 @@ impl Timestamps {
 }
 
 impl Gpu {
+    /// Names the part of a technique that the passes from here on belong to, for their timings.
+    pub fn set_stage(&mut self, stage: &'static str) {
+        self.timestamps.stage = stage;
+    }
+
     /// The timings of the passes since the last call, in order, after everything recorded has run.
     ///
     /// Nanoseconds are NaN where the device has no timestamps.

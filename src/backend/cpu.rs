@@ -34,6 +34,9 @@ macro_rules! implement {
             fn download<T: BufferElement>(&mut self, buffer: &CpuBuffer<T>) -> Result<Vec<T>, BackendError> {
                 Ok(Cpu::download(self, buffer))
             }
+            fn set_stage(&mut self, stage: &'static str) {
+                Cpu::set_stage(self, stage);
+            }
             fn take_timings(&mut self) -> Result<Vec<PassTiming>, BackendError> {
                 Ok(Cpu::take_timings(self))
             }

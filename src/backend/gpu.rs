@@ -32,6 +32,9 @@ macro_rules! implement {
             fn download<T: BufferElement>(&mut self, buffer: &GpuBuffer<T>) -> Result<Vec<T>, BackendError> {
                 Ok(Gpu::download(self, buffer)?)
             }
+            fn set_stage(&mut self, stage: &'static str) {
+                Gpu::set_stage(self, stage);
+            }
             fn take_timings(&mut self) -> Result<Vec<PassTiming>, BackendError> {
                 Ok(Gpu::take_timings(self)?)
             }

@@ -29,6 +29,9 @@ pub enum BackendError {
     /// On the GPU.
     #[error(transparent)]
     Gpu(#[from] GpuError),
+    /// A technique's knob is out of range.
+    #[error(transparent)]
+    Settings(#[from] crate::error::SettingsError),
 }
 
 /// The number of elements of a buffer.
@@ -58,6 +61,8 @@ macro_rules! backend_trait {
             fn clear<T: BufferElement>(&mut self, buffer: &mut Self::Buffer<T>) -> Result<(), BackendError>;
             /// A copy of the elements after all passes so far.
             fn download<T: BufferElement>(&mut self, buffer: &Self::Buffer<T>) -> Result<Vec<T>, BackendError>;
+            /// Names the part of a technique that the passes from here on belong to, for their timings.
+            fn set_stage(&mut self, stage: &'static str);
             /// The timings since the last call, in order, after all passes so far have run.
             fn take_timings(&mut self) -> Result<Vec<PassTiming>, BackendError>;
 

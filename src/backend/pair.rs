@@ -83,6 +83,10 @@ macro_rules! implement {
             fn download<T: BufferElement>(&mut self, buffer: &PairBuffer<T>) -> Result<Vec<T>, BackendError> {
                 Ok(self.cpu.download(&buffer.cpu))
             }
+            fn set_stage(&mut self, stage: &'static str) {
+                self.cpu.set_stage(stage);
+                self.gpu.set_stage(stage);
+            }
             fn take_timings(&mut self) -> Result<Vec<PassTiming>, BackendError> {
                 self.gpu.take_timings()?;
                 Ok(self.cpu.take_timings())

@@ -5,6 +5,7 @@ mod devices;
 mod options;
 mod render;
 mod table;
+mod visibility_filter;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -42,7 +43,10 @@ impl From<crate::error::SceneError> for Failure {
 
 impl From<crate::backend::BackendError> for Failure {
     fn from(e: crate::backend::BackendError) -> Self {
-        Self::Work(e.to_string())
+        match e {
+            crate::backend::BackendError::Settings(_) => Self::Request(e.to_string()),
+            _ => Self::Work(e.to_string()),
+        }
     }
 }
 

@@ -84,7 +84,7 @@ pub(crate) enum ArithmeticChoice {
     Fast,
 }
 
-fn parse_size(text: &str) -> Result<(u32, u32), String> {
+pub(crate) fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let parsed = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
     let Some((width, height)) = parsed else {
         return Err("expected WxH in pixels, such as 1280x720".into());

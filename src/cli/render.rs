@@ -1,12 +1,14 @@
 //! `twinlight render`: one picture.
 
 use super::options::{ArithmeticChoice, BackendOptions, SceneOptions, build_tree};
+use super::visibility_filter::VisibilityFilterOptions;
 use super::{Failure, print_out, table};
 use crate::backend::Backend;
 use crate::picture::{Format, Picture};
 use crate::scene::{Scene, bvh::Bvh};
 use crate::technique::reference::{self, Bounces, Reference, ReferenceResult};
-use crate::technique::{Job, Rendered, View, World, ambient_occlusion, direct};
+use crate::report::error::{PictureError, picture_error};
+use crate::technique::{Job, LightPart, Rendered, View, World, ambient_occlusion, direct, visibility_filter};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -55,6 +57,9 @@ pub(crate) struct RenderArguments {
     /// Exposure of .png in stops
     #[arg(long, default_value_t = 0.0, value_name = "E", allow_hyphen_values = true)]
     exposure: f32,
+    /// Picture to measure the error against, such as the reference's; .exr of the same size
+    #[arg(long, value_name = "REFERENCE.exr")]
+    against: Option<PathBuf>,
     /// Count non-finite values in every buffer; any is a failure
     #[arg(long)]
     check_finite: bool,
@@ -64,6 +69,8 @@ pub(crate) struct RenderArguments {
     /// Print the tables as one JSON object
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    filter: VisibilityFilterOptions,
 }
 
 #[derive(Clone, Copy, ValueEnum, PartialEq, Eq, Debug)]
@@ -76,6 +83,8 @@ enum Technique {
     Reference,
     /// Openness to the surroundings
     AmbientOcclusion,
+    /// Point proxies in voxels, with filtered visibility: direct light and one bounce
+    VisibilityFilter,
 }
 
 #[derive(Clone, Copy, ValueEnum, PartialEq, Eq)]
@@ -138,18 +147,45 @@ pub(crate) fn run(a: &RenderArguments) -> Result<(), Failure> {
             );
         }
     }
+    let reference = a.against.as_deref().map(|path| open_reference(path, &view)).transpose()?;
     let cpu = a.backend.cpu()?;
     let tree = cpu.install(|| build_tree(&scene))?;
-    let outcome = match technique {
+    let mut outcome = match technique {
         Technique::Reference => cpu.install(|| run_reference(a, &scene, &tree, &view)),
         _ => run_passes(a, technique, cpu, &scene, &tree, &view),
     }?;
+    if let Some(error) = reference.and_then(|reference| picture_error(&outcome.picture, &reference)) {
+        note_error(&mut outcome, &error);
+    }
     let written = write(a, &output, &outcome)?;
     report(a, &outcome, &written)?;
     if outcome.interrupted {
         return Err(Failure::Work(format!("interrupted; {} holds what was done", output.display())));
     }
     Ok(())
+}
+
+/// Reads the picture that the error is measured against.
+fn open_reference(path: &Path, view: &View) -> Result<Picture, Failure> {
+    let refuse = |reason: String| Failure::Request(format!("--against {}: {reason}", path.display()));
+    let picture = Picture::open_exr(path).map_err(|e| refuse(format!("{e}; give an .exr of linear radiance")))?;
+    if (picture.width, picture.height) != (view.width, view.height) {
+        return Err(refuse(format!(
+            "it has {}x{} pixels, the picture {}x{}; render both at one size",
+            picture.width, picture.height, view.width, view.height
+        )));
+    }
+    Ok(picture)
+}
+
+fn note_error(outcome: &mut Outcome, error: &PictureError) {
+    outcome.report += &format!(
+        "relative RMSE {:.2} %, mean ratio {:.4}\n",
+        100.0 * error.relative_rmse,
+        error.mean_ratio
+    );
+    outcome.json["relative_rmse"] = json!(error.relative_rmse);
+    outcome.json["mean_ratio"] = json!(error.mean_ratio);
 }
 
 /// Refuses what the technique cannot do, before any work.
@@ -172,6 +208,7 @@ fn check_request(a: &RenderArguments, technique: Technique) -> Result<(), Failur
     let known: &[&str] = match technique {
         Technique::Reference => &["direct", "indirect"],
         Technique::AmbientOcclusion => &ambient_occlusion::DUMPS,
+        Technique::VisibilityFilter => &visibility_filter::DUMPS,
         _ => &direct::DUMPS,
     };
     for name in &a.dump {
@@ -244,11 +281,32 @@ fn draw<B: Backend>(
         seed: a.seed,
         falloff: a.falloff,
         reach: a.reach,
+        light: match a.only {
+            Only::All => LightPart::All,
+            Only::Direct => LightPart::Direct,
+            Only::Indirect => LightPart::Indirect,
+        },
         dumps: a.dump.clone(),
         check_finite: a.check_finite,
     };
+    let mut notes = String::new();
+    let mut counted = serde_json::Value::Null;
     let rendered: Rendered = match technique {
         Technique::AmbientOcclusion => ambient_occlusion::render(backend, &world, view, &job)?,
+        Technique::VisibilityFilter => {
+            let settings = a.filter.settings()?;
+            let (rendered, c) = visibility_filter::render(backend, &world, view, &job, &settings)?;
+            notes = format!("{} proxies, {} in overlapped voxels, lists of {} voxels\n", c.proxies, c.pairs, c.capacity);
+            if c.full_lists > 0 {
+                notes += &format!(
+                    "{} lists were too small for {} voxels in all: raise --list-capacity\n",
+                    c.full_lists, c.dropped
+                );
+            }
+            counted = json!({ "proxies": c.proxies, "pairs": c.pairs, "list_capacity": c.capacity,
+                "full_lists": c.full_lists, "dropped_voxels": c.dropped });
+            rendered
+        }
         _ => direct::render(backend, &world, view, &job)?,
     };
     let bad: u64 = rendered.non_finite.iter().map(|n| n.count).sum();
@@ -266,6 +324,7 @@ fn draw<B: Backend>(
     }
     let mean = rendered.picture.mean();
     let mut text = format!("{technique:?} on {machine}\n{}", table::passes_text(&rendered.timings));
+    text += &notes;
     text += &format!("mean {:.5} {:.5} {:.5}\n", mean.x, mean.y, mean.z);
     if a.check_finite {
         text += &format!("non-finite values: 0 in {} buffers\n", rendered.non_finite.len());
@@ -274,6 +333,8 @@ fn draw<B: Backend>(
         "technique": format!("{technique:?}"),
         "machine": machine,
         "passes": table::passes_json(&rendered.timings),
+        "stages": table::stages_json(&rendered.timings),
+        "counts": counted,
         "mean": mean.to_array(),
     });
     Ok(Outcome {

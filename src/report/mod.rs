@@ -1,3 +1,4 @@
 //! How far apart are two results, and what did it cost?
 
 pub mod agreement;
+pub mod error;

@@ -36,8 +36,8 @@ pub fn render<B: Backend>(
     Ok(seen.finish(picture, timings))
 }
 
-/// The outgoing radiance of a band, pass by pass onto the sum so far.
-fn band_radiance<B: Backend>(
+/// The outgoing radiance of a band in direct light, pass by pass onto the sum so far.
+pub(super) fn band_radiance<B: Backend>(
     backend: &mut B,
     world: &World<B>,
     g: &GBuffer<B>,

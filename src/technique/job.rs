@@ -6,6 +6,18 @@ use std::collections::BTreeMap;
 use twinlight_kernels::layout::WordKind;
 use twinlight_kernels::passes::PassTiming;
 
+/// Which light goes into a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LightPart {
+    /// All of it.
+    #[default]
+    All,
+    /// Straight from the sources, emission and background.
+    Direct,
+    /// By way of other surfaces.
+    Indirect,
+}
+
 /// Settings that every technique shares.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Job {
@@ -17,6 +29,8 @@ pub struct Job {
     pub falloff: f32,
     /// Distance beyond which nothing occludes, metres.
     pub reach: f32,
+    /// Which light goes into the picture.
+    pub light: LightPart,
     /// Names of the buffers to keep as pictures.
     pub dumps: Vec<String>,
     /// Count values that are not finite in every buffer.
@@ -25,7 +39,15 @@ pub struct Job {
 
 impl Default for Job {
     fn default() -> Self {
-        Self { rays: 64, seed: 1, falloff: 0.0, reach: 1.0e30, dumps: Vec::new(), check_finite: false }
+        Self {
+            rays: 64,
+            seed: 1,
+            falloff: 0.0,
+            reach: 1.0e30,
+            light: LightPart::All,
+            dumps: Vec::new(),
+            check_finite: false,
+        }
     }
 }
 
@@ -56,6 +78,7 @@ pub struct Inspection<'a> {
     job: &'a Job,
     width: u32,
     height: u32,
+    muted: bool,
     dumps: BTreeMap<String, Picture>,
     non_finite: BTreeMap<String, u64>,
 }
@@ -63,7 +86,7 @@ pub struct Inspection<'a> {
 impl<'a> Inspection<'a> {
     /// Begins with nothing seen, for pictures of this size.
     pub fn new(job: &'a Job, width: u32, height: u32) -> Self {
-        Self { job, width, height, dumps: BTreeMap::new(), non_finite: BTreeMap::new() }
+        Self { job, width, height, muted: false, dumps: BTreeMap::new(), non_finite: BTreeMap::new() }
     }
 
     /// Counts what is not finite in a buffer, if that was asked for.
@@ -90,7 +113,7 @@ impl<'a> Inspection<'a> {
         first_pixel: u32,
         colour: impl Fn(&T) -> glam::Vec3,
     ) -> Result<(), BackendError> {
-        if !self.job.dumps.iter().any(|d| d == name) {
+        if !self.wants(name) {
             return Ok(());
         }
         let values = backend.download(buffer)?;
@@ -100,6 +123,26 @@ impl<'a> Inspection<'a> {
             *pixel = colour(value);
         }
         Ok(())
+    }
+
+    /// Whether a buffer is asked for as a picture.
+    pub fn wants(&self, name: &str) -> bool {
+        !self.muted && self.job.dumps.iter().any(|d| d == name)
+    }
+
+    /// Keeps a picture of its own size, if it was asked for.
+    pub fn keep(&mut self, name: &str, picture: impl FnOnce() -> Picture) {
+        if self.wants(name) {
+            self.dumps.insert(name.to_owned(), picture());
+        }
+    }
+
+    /// Does work whose buffers are not those of the picture: it keeps none.
+    pub fn without_dumps<R>(&mut self, work: impl FnOnce(&mut Self) -> R) -> R {
+        let before = std::mem::replace(&mut self.muted, true);
+        let result = work(self);
+        self.muted = before;
+        result
     }
 
     /// Puts the picture together with what was seen.

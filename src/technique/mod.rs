@@ -4,8 +4,10 @@ pub mod ambient_occlusion;
 pub mod direct;
 pub mod gbuffer;
 mod job;
+pub mod light_map;
 pub mod reference;
+pub mod visibility_filter;
 mod world;
 
-pub use job::{Inspection, Job, NonFinite, Rendered};
+pub use job::{Inspection, Job, LightPart, NonFinite, Rendered};
 pub use world::{View, World, environment_params};

@@ -2,7 +2,7 @@
 
 use crate::backend::{Backend, BackendError};
 use crate::error::SceneError;
-use crate::scene::{Camera, CameraFrame, Environment, Scene, bvh::Bvh};
+use crate::scene::{Bounds, Camera, CameraFrame, Environment, Scene, bvh::Bvh};
 use glam::{UVec4, Vec4};
 use twinlight_kernels::geometry::bvh::{BvhNode, TriangleBlock};
 use twinlight_kernels::passes::elements::{CameraParams, GatherParams, Light, Material, Triangle};
@@ -25,6 +25,14 @@ pub struct World<B: Backend> {
     pub light_count: u32,
     /// The environment, with the defaults of the passes that look it up.
     pub environment: GatherParams,
+    /// The box around all triangles.
+    pub bounds: Bounds,
+    /// Number of triangles.
+    pub triangle_count: u32,
+    /// Their area in m², one side.
+    pub area: f64,
+    /// The lights on the host, for their maps.
+    pub host_lights: Vec<Light>,
     /// Whether the environment gives light.
     pub has_environment: bool,
     /// Whether some surface is glossy.
@@ -53,6 +61,12 @@ pub(crate) fn texels_with_environment(scene: &Scene) -> Vec<u32> {
     texels
 }
 
+/// A triangle's area in m².
+fn area(t: &Triangle) -> f64 {
+    let [a, b, c] = [t.p0, t.p1, t.p2].map(|p| p.truncate().as_dvec3());
+    0.5 * (b - a).cross(c - a).length()
+}
+
 impl<B: Backend> World<B> {
     /// Uploads a scene and its tree; with `emissive`, emissive surfaces emit.
     pub fn upload(backend: &mut B, scene: &Scene, tree: &Bvh, emissive: bool) -> Result<Self, BackendError> {
@@ -69,6 +83,10 @@ impl<B: Backend> World<B> {
             lights: backend.upload("lights", lights)?,
             light_count: scene.lights.len() as u32,
             environment: environment_params(&scene.environment, scene.texels.len() as u32),
+            bounds: scene.bounds(),
+            triangle_count: scene.triangles.len() as u32,
+            area: scene.triangles.iter().map(area).sum(),
+            host_lights: scene.lights.clone(),
             has_environment: census.has_environment,
             has_gloss: census.has_gloss,
             emits: emissive && census.has_emission,
@@ -85,12 +103,19 @@ pub struct View {
     pub width: u32,
     /// Rows.
     pub height: u32,
+    /// Width over height of what is seen; another than that of the pixels makes pixels that are not square.
+    pub aspect: f32,
 }
 
 impl View {
     /// The view of a valid camera.
     pub fn new(camera: &Camera, width: u32, height: u32) -> Result<Self, SceneError> {
-        Ok(Self { frame: camera.frame()?, width, height })
+        Ok(Self { frame: camera.frame()?, width, height, aspect: width as f32 / height as f32 })
+    }
+
+    /// The same view in other pixels: the same rays bound the picture.
+    pub fn resized(&self, width: u32, height: u32) -> Self {
+        Self { width, height, ..*self }
     }
 
     /// Number of pixels.
@@ -101,10 +126,9 @@ impl View {
     /// The parameters of the passes for the band that begins at `first_pixel`.
     pub fn params(&self, first_pixel: u32) -> CameraParams {
         let f = &self.frame;
-        let aspect = self.width as f32 / self.height as f32;
         CameraParams {
             eye: f.eye.extend(0.0),
-            right: (f.right * (f.tan_half_fov * aspect)).extend(0.0),
+            right: (f.right * (f.tan_half_fov * self.aspect)).extend(0.0),
             up: (f.up * f.tan_half_fov).extend(0.0),
             forward: f.forward.extend(0.0),
             width: self.width,

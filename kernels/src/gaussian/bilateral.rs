@@ -107,6 +107,50 @@ pub fn geometric_weight(
         * gaussian_falloff(1.0 - saturate(normal_cosine), normal_deviation)
 }
 
+/// Returns the weights of four coarse pixels around a pixel, w_G·w_l over their sum. VF eq. 5.
+///
+/// `distance` is that of each from the pixel's tangent plane, `normal` its unit normal, 0 where there is no surface. Where
+/// nothing matches, the one nearest to the plane gets weight 1; all are 0 when none has a surface.
+#[inline]
+pub fn gathering_weights(
+    bilinear: &[f32; 4],
+    distance: &[f32; 4],
+    normal: &[Vec3; 4],
+    own_normal: Vec3,
+    depth_deviation: f32,
+    normal_deviation: f32,
+) -> [f32; 4] {
+    let mut weights = [0.0; 4];
+    let mut nearest = 4usize;
+    let mut nearest_distance = f32::MAX;
+    let mut sum = 0.0;
+    for i in 0..4 {
+        if dot(normal[i], normal[i]) > 0.0 {
+            let gap = abs(clamp(distance[i], -1e18, 1e18));
+            if gap < nearest_distance {
+                nearest = i;
+                nearest_distance = gap;
+            }
+            let cosine = dot(normal[i], own_normal);
+            weights[i] =
+                saturate(bilinear[i]) * geometric_weight(gap, cosine, depth_deviation, normal_deviation);
+            sum += weights[i];
+        }
+    }
+    if nearest == 4 {
+        return weights;
+    }
+    if sum < NO_MATCH {
+        weights = [0.0; 4];
+        weights[nearest] = 1.0;
+        return weights;
+    }
+    for i in 0..4 {
+        weights[i] = div(weights[i], sum);
+    }
+    weights
+}
+
 /// Returns `sum`/`count`, component by component, or 0 where the effective count N_c is 0. VF eq. 5.
 #[inline]
 pub fn mean_or_zero(sum: Vec3, count: f32) -> Vec3 {

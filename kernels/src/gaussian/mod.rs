@@ -9,7 +9,7 @@ mod lobe;
 mod specular;
 
 pub use bilateral::{
-    CoarseSamples, depth_similarity, gaussian_falloff, geometric_weight, mean_or_zero, normal_similarity,
+    CoarseSamples, depth_similarity, gaussian_falloff, gathering_weights, geometric_weight, mean_or_zero, normal_similarity,
     shares_visibility, upsampling_weights,
 };
 pub use depth_window::{

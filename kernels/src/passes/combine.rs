@@ -1,5 +1,6 @@
-//! What do two buffers of radiance add up to?
+//! What do buffers of radiance add up to, and what do surfaces reflect of light that is known?
 
+use super::surface::Surface;
 use glam::Vec4;
 
 gpu_struct! {
@@ -21,4 +22,32 @@ gpu_struct! {
 pub fn add_radiance(index: u32, params: &AddParams, a: &[Vec4], b: &[Vec4]) -> Vec4 {
     let _ = params;
     a[index as usize] + b[index as usize]
+}
+
+/// Returns `previous` plus what the surface of pixel `index` reflects of `light`, irradiance/π: albedo × light.
+#[inline]
+pub fn add_diffuse_reflection(
+    index: u32,
+    params: &AddParams,
+    surfaces: &[Surface],
+    light: &[Vec4],
+    previous: &[Vec4],
+) -> Vec4 {
+    let _ = params;
+    let reflected = surfaces[index as usize].diffuse.truncate() * light[index as usize].truncate();
+    previous[index as usize] + reflected.extend(0.0)
+}
+
+/// Returns `previous` plus `light` times the specular colour of pixel `index`.
+#[inline]
+pub fn add_specular_reflection(
+    index: u32,
+    params: &AddParams,
+    gloss: &[Vec4],
+    light: &[Vec4],
+    previous: &[Vec4],
+) -> Vec4 {
+    let _ = params;
+    let reflected = gloss[index as usize].truncate() * light[index as usize].truncate();
+    previous[index as usize] + reflected.extend(0.0)
 }

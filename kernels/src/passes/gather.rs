@@ -45,7 +45,12 @@ gpu_struct! {
 /// Returns ray `ray` of pixel `pixel`'s cosine-distributed set about `normal`.
 #[inline]
 pub fn gather_direction(pixel: u32, ray: u32, seed: u32, normal: Vec3) -> Vec3 {
-    let turn = combine(seed, pixel);
+    turned_direction(combine(seed, pixel), ray, normal)
+}
+
+/// Returns point `ray` of the Halton sequence, shifted by hashes of `turn`, as a cosine-distributed direction.
+#[inline]
+pub fn turned_direction(turn: u32, ray: u32, normal: Vec3) -> Vec3 {
     let point = halton(ray);
     let u = Vec2::new(rotated(point.x, unit_float(turn)), rotated(point.y, unit_float(combine(turn, 1))));
     to_world(cosine_hemisphere(u), normal)

@@ -107,6 +107,85 @@ macro_rules! for_each_pass {
             map fill_background(CameraParams; 1 environment: GatherParams, 2 surfaces: Surface, 3 texels: u32,
                 4 previous: Vec4) -> 5 radiance: Vec4,
                 Tolerance::Relative { relative: 2e-3, absolute: 1e-3, flips: 0.0 };
+            /// `previous` plus what surfaces reflect diffusely of known light.
+            map add_diffuse_reflection(AddParams; 1 surfaces: Surface, 2 light: Vec4, 3 previous: Vec4)
+                -> 4 radiance: Vec4, Tolerance::Relative { relative: 1e-6, absolute: 0.0, flips: 0.0 };
+            /// `previous` plus what surfaces reflect specularly of known light.
+            map add_specular_reflection(AddParams; 1 gloss: Vec4, 2 light: Vec4, 3 previous: Vec4)
+                -> 4 radiance: Vec4, Tolerance::Relative { relative: 1e-6, absolute: 0.0, flips: 0.0 };
+            /// A fine picture from a coarse one, weighted by depth and normal.
+            map upsample(UpsampleParams; 1 surfaces: Surface, 2 coarse_surfaces: Surface, 3 values: Vec4)
+                -> 4 fine: Vec4, Tolerance::Relative { relative: 1e-4, absolute: 1e-5, flips: 1e-3 };
+            /// What each ray of a light's map meets first.
+            map trace_light_map(LightMapParams; 1 nodes: BvhNode, 2 blocks: TriangleBlock, 3 triangles: Triangle,
+                4 materials: Material, 5 texels: u32) -> 6 hits: Hit,
+                Tolerance::Relative { relative: 1e-5, absolute: 1e-5, flips: 5e-3 };
+            /// Which surfaces a light's map shows.
+            map light_map_visibility(LightMapParams; 1 surfaces: Surface, 2 hits: Hit, 3 previous: u32)
+                -> 4 visible: u32, Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 5e-3 };
+            // A contracted area may tip the roulette.
+            /// Proxies of each triangle.
+            map proxy_counts(ProxyParams; 1 triangles: Triangle) -> 2 counts: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 5e-3 };
+            /// Point proxies on the triangles.
+            map make_proxies(ProxyParams; 1 starts: u32, 2 triangles: Triangle, 3 materials: Material, 4 texels: u32)
+                -> 5 proxies: Proxy, Tolerance::Relative { relative: 1e-5, absolute: 1e-5, flips: 1e-3 };
+            /// Proxies as surfaces seen from either side.
+            map proxy_surfaces(ProxyParams; 1 proxies: Proxy, 2 triangles: Triangle, 3 materials: Material,
+                4 texels: u32) -> 5 surfaces: Surface,
+                Tolerance::Relative { relative: 1e-5, absolute: 1e-5, flips: 1e-3 };
+            /// The voxel of each proxy's centre, as pairs to sort.
+            map proxy_keys(GridParams; 1 proxies: Proxy) -> 2 pairs: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 1e-3 };
+            /// Proxies in the order of their voxels.
+            map reorder_proxies(GridParams; 1 pairs: u32, 2 proxies: Proxy) -> 3 ordered: Proxy, Tolerance::Exact;
+            /// Where each voxel's pairs begin.
+            map cell_starts(GridParams; 1 pairs: u32) -> 2 starts: u32, Tolerance::Exact;
+            /// How many cells each proxy overlaps.
+            map overlap_counts(GridParams; 1 proxies: Proxy) -> 2 counts: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 1e-3 };
+            /// The cells that each proxy overlaps, as pairs to sort.
+            map overlap_pairs(GridParams; 1 starts: u32, 2 proxies: Proxy) -> 3 pairs: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 1e-3 };
+            /// Sides of proxies before any light, with their openness.
+            map dark_sides(GridParams; 1 openness: f32) -> 2 radiance: Vec4, Tolerance::Exact;
+            /// What each voxel sends out.
+            map sum_voxels(GridParams; 1 starts: u32, 2 proxies: Proxy, 3 radiance: Vec4) -> 4 voxels: Voxel,
+                Tolerance::Relative { relative: 1e-4, absolute: 1e-5, flips: 0.0 };
+            /// The voxel that each ray of a coarse pixel meets first, by proxies.
+            map march_rays(MarchParams; 1 surfaces: Surface, 2 gloss: Vec4, 3 starts: u32, 4 pairs: u32,
+                5 proxies: Proxy) -> 6 voxels: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 1e-2 };
+            /// The voxel that each ray of a coarse pixel meets first, by triangles.
+            map trace_rays(MarchParams; 1 surfaces: Surface, 2 gloss: Vec4, 3 nodes: BvhNode, 4 blocks: TriangleBlock,
+                5 triangles: Triangle, 6 materials: Material, 7 texels: u32) -> 8 voxels: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 1e-2 };
+            /// Which share of each specular lobe ends on the scene.
+            map lobe_coverage(MarchParams; 1 surfaces: Surface, 2 gloss: Vec4, 3 voxels: u32) -> 4 coverage: f32,
+                Tolerance::Relative { relative: 1e-3, absolute: 1e-4, flips: 0.0 };
+            /// The rays of each pixel in order of voxels.
+            scatter sort_rays(ListParams; 1 voxels: u32) -> 2 sorted: u32, Tolerance::Exact;
+            /// The voxels that each pixel's rays met, each once.
+            scatter count_rays(ListParams; 1 sorted: u32) -> 2 counted: u32, Tolerance::Exact;
+            // Thresholds of planes and normals may tip.
+            /// The visibility filter: lists of the voxels that a window of pixels sees.
+            scatter filter_lists(ListParams; 1 surfaces: Surface, 2 counted: u32) -> 3 lists: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 1e-2 };
+            /// Position, normal and lobe coverage of each coarse pixel.
+            map list_headers(ListParams; 1 surfaces: Surface, 2 coverage: f32) -> 3 headers: ListHeader,
+                Tolerance::Relative { relative: 1e-5, absolute: 1e-6, flips: 1e-3 };
+            /// Light from visible voxels: irradiance/π.
+            map gather_diffuse(GatherVoxelsParams; 1 surfaces: Surface, 2 headers: ListHeader, 3 lists: u32,
+                4 voxels: Voxel, 5 proxies: Proxy, 6 radiance: Vec4) -> 7 light: Vec4,
+                Tolerance::Relative { relative: 1e-3, absolute: 1e-5, flips: 1e-3 };
+            /// Light from visible voxels in the specular lobe.
+            map gather_specular(GatherVoxelsParams; 1 surfaces: Surface, 2 gloss: Vec4, 3 headers: ListHeader,
+                4 lists: u32, 5 voxels: Voxel, 6 proxies: Proxy, 7 radiance: Vec4) -> 8 light: Vec4,
+                Tolerance::Relative { relative: 2e-3, absolute: 1e-4, flips: 1e-3 };
+            /// The proxies as discs.
+            map draw_proxies(CameraParams; 1 grid: GridParams, 2 starts: u32, 3 pairs: u32, 4 proxies: Proxy,
+                5 radiance: Vec4) -> 6 picture: Vec4,
+                Tolerance::Relative { relative: 1e-5, absolute: 1e-5, flips: 1e-2 };
         }
     };
 }
@@ -173,6 +252,8 @@ pub struct PassInfo {
 pub struct PassTiming {
     /// The pass.
     pub pass: &'static str,
+    /// The part of a technique that it ran for, empty outside of any.
+    pub stage: &'static str,
     /// Its work items.
     pub items: u32,
     /// Bytes of the buffers bound to it.

@@ -22,6 +22,7 @@ pub mod evaluate_vector;
 pub mod gather;
 pub mod layout_report;
 pub mod light;
+pub mod light_map;
 mod list;
 pub mod material;
 pub mod reduction;
@@ -29,9 +30,11 @@ pub mod scan;
 pub mod scene;
 pub mod sort;
 pub mod surface;
+pub mod upsample;
+pub mod visibility_filter;
 
 pub use accumulate::{Accumulate, Launch};
-pub use combine::add_radiance;
+pub use combine::{add_diffuse_reflection, add_radiance, add_specular_reflection};
 pub use elementary::evaluate_elementary;
 pub use evaluate_cone::evaluate_cone;
 pub use evaluate_gaussian::evaluate_gaussian;
@@ -44,11 +47,21 @@ pub use evaluate_vector::evaluate_vector;
 pub use gather::{ambient_openness, fill_background, gather_direct};
 pub use layout_report::report_layout;
 pub use light::{light_visibility, shade_diffuse, shade_specular};
+pub use light_map::{light_map_visibility, trace_light_map};
 pub use list::{BindingInfo, PASSES, PassInfo, PassTiming, Shape, Tolerance, info};
 pub use reduction::reduce_sum;
 pub use scan::{add_block_offsets, block_sums, compact_indices, scan_blocks};
 pub use sort::{count_digits, place_by_digit};
 pub use surface::{resolve_emission, resolve_gloss, resolve_surfaces, trace_primary};
+pub use upsample::upsample;
+pub use visibility_filter::gather_voxels::{gather_diffuse, gather_specular};
+pub use visibility_filter::grid::{
+    cell_starts, dark_sides, overlap_counts, overlap_pairs, proxy_keys, reorder_proxies, sum_voxels,
+};
+pub use visibility_filter::list::{count_rays, filter_lists, list_headers, sort_rays};
+pub use visibility_filter::march::{lobe_coverage, march_rays, trace_rays};
+pub use visibility_filter::proxy::{make_proxies, proxy_counts, proxy_surfaces};
+pub use visibility_filter::view::draw_proxies;
 
 /// Every type that the pass list names, for the places that call [`for_each_pass!`](crate::for_each_pass).
 pub mod elements {
@@ -59,12 +72,19 @@ pub mod elements {
     pub use super::gather::GatherParams;
     pub use super::layout_report::LayoutParams;
     pub use super::light::LightParams;
+    pub use super::light_map::LightMapParams;
     pub use super::list::Tolerance;
     pub use super::reduction::ReduceParams;
     pub use super::scan::{CompactParams, ScanParams};
     pub use super::scene::{Light, Material, Triangle};
     pub use super::sort::DigitParams;
     pub use super::surface::{CameraParams, Surface};
+    pub use super::upsample::UpsampleParams;
+    pub use super::visibility_filter::gather_voxels::GatherVoxelsParams;
+    pub use super::visibility_filter::grid::{GridParams, Voxel};
+    pub use super::visibility_filter::list::{ListHeader, ListParams};
+    pub use super::visibility_filter::march::MarchParams;
+    pub use super::visibility_filter::proxy::{Proxy, ProxyParams};
     pub use crate::geometry::bvh::{BvhNode, Hit, TriangleBlock};
     pub use glam::{UVec4, Vec4};
 }

@@ -60,7 +60,7 @@ pub fn camera_direction(camera: &CameraParams, x: f32, y: f32) -> Vec3 {
 
 /// The direction through the centre of pixel `index` of the band.
 #[inline]
-fn pixel_direction(index: u32, camera: &CameraParams) -> Vec3 {
+pub fn pixel_direction(index: u32, camera: &CameraParams) -> Vec3 {
     let pixel = camera.first_pixel + index;
     let x = (pixel % camera.width) as f32 + 0.5;
     let y = (pixel / camera.width) as f32 + 0.5;

@@ -8,6 +8,7 @@
 //! are combined as the [`hybrid`] exponential of the sum of their logarithms ([`log_occlusion`]).
 
 mod basis;
+mod emitter;
 mod exponential;
 mod logarithm;
 mod product;
@@ -20,6 +21,7 @@ pub use basis::{
     UNIT, add_scaled, basis, basis_order2, basis_order3, basis_order4, basis_order5, dot, evaluate,
     is_finite, project,
 };
+pub use emitter::lambert_intensity;
 pub use exponential::{
     MAX_HALVINGS, SMALL_NORM, clamp_to_feasible, hybrid, hybrid_with_table, norm_without_dc, occluded_dc,
     optimal_linear, product_series, taylor,

@@ -11,32 +11,32 @@ use twinlight_kernels::passes::elements::*;
 use twinlight_kernels::passes::gather::GATHER_EMISSION;
 use twinlight_kernels::passes::scene::MATERIAL_MASKED;
 
-const WIDTH: u32 = 28;
+pub(super) const WIDTH: u32 = 28;
 const HEIGHT: u32 = 18;
 /// The band that is rendered: neither the first pixel nor the last.
-const FIRST: u32 = 5;
-const PIXELS: u32 = WIDTH * HEIGHT - 9;
+pub(super) const FIRST: u32 = 5;
+pub(super) const PIXELS: u32 = WIDTH * HEIGHT - 9;
 
 /// A random scene and what a camera sees of it.
-struct World {
-    nodes: Vec<BvhNode>,
-    blocks: Vec<TriangleBlock>,
-    triangles: Vec<Triangle>,
-    materials: Vec<Material>,
-    texels: Vec<u32>,
-    lights: Vec<Light>,
-    camera: CameraParams,
-    hits: Vec<Hit>,
-    surfaces: Vec<Surface>,
-    gather: GatherParams,
+pub(super) struct World {
+    pub(super) nodes: Vec<BvhNode>,
+    pub(super) blocks: Vec<TriangleBlock>,
+    pub(super) triangles: Vec<Triangle>,
+    pub(super) materials: Vec<Material>,
+    pub(super) texels: Vec<u32>,
+    pub(super) lights: Vec<Light>,
+    pub(super) camera: CameraParams,
+    pub(super) hits: Vec<Hit>,
+    pub(super) surfaces: Vec<Surface>,
+    pub(super) gather: GatherParams,
 }
 
-fn launch(label: &str) -> Launch {
+pub(super) fn launch(label: &str) -> Launch {
     Launch::new(label, PIXELS as usize, PIXELS)
 }
 
 /// Two scenes: the constant environment, then the map.
-fn worlds(draw: &mut Draw) -> [World; 2] {
+pub(super) fn worlds(draw: &mut Draw) -> [World; 2] {
     [World::new(draw, false), World::new(draw, true)]
 }
 
@@ -85,12 +85,12 @@ impl World {
         world
     }
 
-    fn gloss(&self) -> Vec<Vec4> {
+    pub(super) fn gloss(&self) -> Vec<Vec4> {
         let one = |i| passes::resolve_gloss(i, &self.camera, &self.surfaces, &self.materials, &self.texels);
         (0..PIXELS).map(one).collect()
     }
 
-    fn light_params(&self, first_light: u32) -> LightParams {
+    pub(super) fn light_params(&self, first_light: u32) -> LightParams {
         LightParams {
             eye: self.camera.eye,
             first_light,
@@ -99,7 +99,7 @@ impl World {
         }
     }
 
-    fn visibility(&self, params: &LightParams) -> Vec<u32> {
+    pub(super) fn visibility(&self, params: &LightParams) -> Vec<u32> {
         (0..PIXELS)
             .map(|i| {
                 passes::light_visibility(
@@ -223,7 +223,7 @@ fn environment(draw: &mut Draw, texels: &mut Vec<u32>, map: bool) -> GatherParam
     params
 }
 
-fn previous(draw: &mut Draw) -> Vec<Vec4> {
+pub(super) fn previous(draw: &mut Draw) -> Vec<Vec4> {
     (0..PIXELS).map(|_| draw.units().truncate().extend(0.0)).collect()
 }
 

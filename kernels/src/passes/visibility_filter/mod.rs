@@ -1,0 +1,12 @@
+//! Which work items make up the visibility filter (Chen et al. 2014, VF)?
+//!
+//! [`proxy`] scatters disc-shaped point proxies over the triangles, [`grid`] sorts them into voxels and sums up what
+//! a voxel sends out, [`march`] finds the voxels that rays of a coarse pixel meet first, [`list`] joins the lists of
+//! neighbouring pixels, [`gather_voxels`] adds up their light at finer pixels, [`view`] draws the proxies themselves.
+
+pub mod gather_voxels;
+pub mod grid;
+pub mod list;
+pub mod march;
+pub mod proxy;
+pub mod view;

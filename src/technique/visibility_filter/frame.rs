@@ -1,0 +1,228 @@
+//! How does a picture come from lit proxies? VF §3.3.
+
+use super::lists::Lists;
+use super::{Clamp, Counts, Gather, Lit, Proxies, VisibilityFilter};
+use crate::backend::{Backend, BackendError};
+use crate::picture::Picture;
+use crate::technique::gbuffer::{GBuffer, bands};
+use crate::technique::{Inspection, Job, LightPart, View, World, direct};
+use glam::{Vec3, Vec4};
+use twinlight_kernels::passes::elements::{GatherVoxelsParams, Surface, UpsampleParams};
+use twinlight_kernels::passes::visibility_filter::gather_voxels::{
+    CLAMP_DISC, CLAMP_NONE, CLAMP_RADIUS, GATHER_SHARE,
+};
+use twinlight_kernels::sampling::hash::{hash, unit_float};
+use twinlight_kernels::sampling::voxel_hash::{encode, voxel_of};
+
+/// Light gathered at the illumination's pixels.
+struct Gathered<B: Backend> {
+    width: u32,
+    height: u32,
+    surfaces: B::Buffer<Surface>,
+    /// Irradiance/π.
+    diffuse: B::Buffer<Vec4>,
+    /// What a specular colour of 1 reflects; only where the scene has gloss.
+    specular: Option<B::Buffer<Vec4>>,
+}
+
+/// Renders a picture of the lit proxies.
+pub fn render<B: Backend>(
+    backend: &mut B,
+    world: &World<B>,
+    p: &Proxies<B>,
+    lit: &Lit<B>,
+    view: &View,
+    job: &Job,
+    settings: &VisibilityFilter,
+    seen: &mut Inspection<'_>,
+) -> Result<(Picture, Counts), BackendError> {
+    let mut picture = Picture::new(view.width, view.height);
+    let mut counts = Counts { proxies: p.count(), pairs: p.cells.pairs, ..Default::default() };
+    let mut gathered = None;
+    if job.light != LightPart::Direct {
+        let lists = Lists::make(backend, world, p, view, job, settings, seen)?;
+        gathered = Some(gather(backend, world, p, lit, &lists, view, settings, seen)?);
+        counts = lists.count(backend, p)?;
+    }
+    for band in bands(view) {
+        backend.set_stage("direct");
+        let g = GBuffer::trace(backend, world, view, band.clone(), seen)?;
+        let count = g.count() as usize;
+        let mut sum = if job.light == LightPart::Indirect {
+            backend.alloc("radiance", count)?
+        } else {
+            direct::band_radiance(backend, world, &g, job, seen)?
+        };
+        if let Some(gathered) = &gathered {
+            backend.set_stage("upsampling");
+            if seen.wants("indirect") {
+                let nothing = backend.alloc("radiance", count)?;
+                let indirect = add_indirect(backend, view, &g, gathered, nothing)?;
+                seen.dump(backend, "indirect", &indirect, band.start, |v: &Vec4| v.truncate())?;
+            }
+            sum = add_indirect(backend, view, &g, gathered, sum)?;
+            seen.check(backend, "radiance", &sum)?;
+        }
+        dump_voxels(backend, p, lit, &g, seen)?;
+        let values = backend.download(&sum)?;
+        for (pixel, value) in picture.pixels[band.start as usize..].iter_mut().zip(values) {
+            *pixel = value.truncate();
+        }
+    }
+    Ok((picture, counts))
+}
+
+fn gather<B: Backend>(
+    backend: &mut B,
+    world: &World<B>,
+    p: &Proxies<B>,
+    lit: &Lit<B>,
+    lists: &Lists<B>,
+    view: &View,
+    settings: &VisibilityFilter,
+    seen: &mut Inspection<'_>,
+) -> Result<Gathered<B>, BackendError> {
+    backend.set_stage("illumination");
+    let (width, height) = settings.illumination_size(view.width, view.height);
+    let view = view.resized(width, height);
+    let count = view.pixels();
+    let g = seen.without_dumps(|seen| GBuffer::trace(backend, world, &view, 0..count, seen))?;
+    let edge = p.grid.inverse_size.truncate().recip();
+    let params = GatherVoxelsParams {
+        eye: g.params.eye,
+        width,
+        first_pixel: 0,
+        coarse_width: lists.width,
+        coarse_height: lists.height,
+        scale_x: lists.width as f32 / width as f32,
+        scale_y: lists.height as f32 / height as f32,
+        near_range: settings.near_range.unwrap_or(edge.length()),
+        depth_deviation: settings.depth_deviation,
+        normal_deviation: settings.normal_deviation,
+        specular_deviation: settings.specular_deviation,
+        capacity: lists.capacity,
+        flags: if settings.gather == Gather::Share { GATHER_SHARE } else { 0 },
+        trust: settings.trust,
+        clamp: match settings.clamp {
+            Clamp::Disc => CLAMP_DISC,
+            Clamp::Radius => CLAMP_RADIUS,
+            Clamp::None => CLAMP_NONE,
+        },
+        ..Default::default()
+    };
+    let mut diffuse = backend.alloc("diffuse light", count as usize)?;
+    backend.gather_diffuse(
+        &params,
+        &g.surfaces,
+        &lists.headers,
+        &lists.lists,
+        &lit.voxels,
+        &p.proxies,
+        &lit.radiance,
+        &mut diffuse,
+        count,
+    )?;
+    seen.check(backend, "diffuse light", &diffuse)?;
+    let mut specular = None;
+    if let Some(gloss) = g.gloss.as_ref().filter(|_| settings.lobe_rays > 0) {
+        let mut light = backend.alloc("specular light", count as usize)?;
+        backend.gather_specular(
+            &params,
+            &g.surfaces,
+            gloss,
+            &lists.headers,
+            &lists.lists,
+            &lit.voxels,
+            &p.proxies,
+            &lit.radiance,
+            &mut light,
+            count,
+        )?;
+        seen.check(backend, "specular light", &light)?;
+        if seen.wants("specular") {
+            let light = backend.download(&light)?;
+            seen.keep("specular", || picture(width, height, &light, Vec4::truncate));
+        }
+        specular = Some(light);
+    }
+    if seen.wants("diffuse") || seen.wants("visible-count") {
+        let light = backend.download(&diffuse)?;
+        seen.keep("diffuse", || picture(width, height, &light, Vec4::truncate));
+        let most = light.iter().fold(1.0f32, |most, v| most.max(v.w));
+        seen.keep("visible-count", || {
+            picture(width, height, &light, |v| Vec3::splat(v.w / most))
+        });
+    }
+    Ok(Gathered { width, height, surfaces: g.surfaces, diffuse, specular })
+}
+
+fn picture(width: u32, height: u32, values: &[Vec4], colour: impl Fn(Vec4) -> Vec3) -> Picture {
+    Picture { width, height, pixels: values.iter().map(|&v| colour(v)).collect() }
+}
+
+/// `sum` plus what the band's surfaces reflect of the gathered light.
+fn add_indirect<B: Backend>(
+    backend: &mut B,
+    view: &View,
+    g: &GBuffer<B>,
+    gathered: &Gathered<B>,
+    mut sum: B::Buffer<Vec4>,
+) -> Result<B::Buffer<Vec4>, BackendError> {
+    let count = g.count();
+    let params = UpsampleParams {
+        width: view.width,
+        first_pixel: g.pixels.start,
+        coarse_width: gathered.width,
+        coarse_height: gathered.height,
+        scale_x: gathered.width as f32 / view.width as f32,
+        scale_y: gathered.height as f32 / view.height as f32,
+        ..Default::default()
+    };
+    let mut fine = backend.alloc("upsampled light", count as usize)?;
+    let mut next = backend.alloc("radiance", count as usize)?;
+    backend.upsample(&params, &g.surfaces, &gathered.surfaces, &gathered.diffuse, &mut fine, count)?;
+    backend.add_diffuse_reflection(&Default::default(), &g.surfaces, &fine, &sum, &mut next, count)?;
+    std::mem::swap(&mut sum, &mut next);
+    if let (Some(specular), Some(gloss)) = (&gathered.specular, &g.gloss) {
+        backend.upsample(&params, &g.surfaces, &gathered.surfaces, specular, &mut fine, count)?;
+        backend.add_specular_reflection(&Default::default(), gloss, &fine, &sum, &mut next, count)?;
+        std::mem::swap(&mut sum, &mut next);
+    }
+    Ok(sum)
+}
+
+/// Pictures of the discs and of the voxels, if asked for.
+fn dump_voxels<B: Backend>(
+    backend: &mut B,
+    p: &Proxies<B>,
+    lit: &Lit<B>,
+    g: &GBuffer<B>,
+    seen: &mut Inspection<'_>,
+) -> Result<(), BackendError> {
+    if seen.wants("proxies") {
+        let grid = backend.upload("cells", &[p.cells])?;
+        let mut discs = backend.alloc("discs", g.count() as usize)?;
+        backend.draw_proxies(
+            &g.params,
+            &grid,
+            &p.pair_starts,
+            &p.pairs,
+            &p.proxies,
+            &lit.radiance,
+            &mut discs,
+            g.count(),
+        )?;
+        seen.dump(backend, "proxies", &discs, g.pixels.start, |v: &Vec4| v.truncate())?;
+    }
+    let grid = p.grid;
+    seen.dump(backend, "voxels", &g.surfaces, g.pixels.start, |s: &Surface| {
+        if s.position.w < 0.0 {
+            return Vec3::ZERO;
+        }
+        let dims = grid.dims.truncate();
+        let voxel =
+            voxel_of(s.position.truncate(), grid.lower.truncate(), grid.inverse_size.truncate(), dims);
+        let word = hash(encode(voxel, dims));
+        Vec3::new(unit_float(word), unit_float(hash(word)), unit_float(hash(word ^ 1)))
+    })
+}

@@ -1,0 +1,74 @@
+//! What do surfaces send to each other, by point proxies and filtered visibility? Chen et al. 2014 (VF).
+//!
+//! [`Proxies`] stand for the scene, [`Lit`] for what light makes of them; both outlive a picture. For a picture,
+//! coarse pixels find the voxels that they see ([`lists`]), and finer ones gather their light ([`frame`]).
+
+pub mod frame;
+pub mod lists;
+mod lit;
+mod proxies;
+mod settings;
+
+pub use lit::Lit;
+pub use proxies::Proxies;
+pub use settings::{
+    Anchor, Clamp, Gather, MAX_PIXELS, MAX_PROXIES, MAX_RAYS, MAX_VOXELS, Visibility, VisibilityFilter,
+};
+
+use super::{Inspection, Job, Rendered, View, World};
+use crate::backend::{Backend, BackendError};
+
+/// Buffers that [`Job::dumps`] may name.
+pub const DUMPS: [&str; 13] = [
+    "albedo",
+    "normal",
+    "depth",
+    "position",
+    "gloss",
+    "emission",
+    "visibility",
+    "proxies",
+    "voxels",
+    "visible-count",
+    "diffuse",
+    "specular",
+    "indirect",
+];
+
+/// What happened that a picture does not show.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Proxies on the scene.
+    pub proxies: u32,
+    /// Proxies times the voxels that each overlaps.
+    pub pairs: u32,
+    /// Voxels that a list has room for.
+    pub capacity: u32,
+    /// Coarse pixels whose list was too small.
+    pub full_lists: u32,
+    /// Voxels that found no room, in all lists.
+    pub dropped: u64,
+}
+
+/// Renders direct light and one bounce of indirect light.
+///
+/// # Errors
+/// Knobs out of range, and what the backend reports.
+pub fn render<B: Backend>(
+    backend: &mut B,
+    world: &World<B>,
+    view: &View,
+    job: &Job,
+    settings: &VisibilityFilter,
+) -> Result<(Rendered, Counts), BackendError> {
+    settings.check(view.width, view.height)?;
+    let mut seen = Inspection::new(job, view.width, view.height);
+    backend.set_stage("voxelisation");
+    let proxies = Proxies::build(backend, world, settings, job.seed)?;
+    backend.set_stage("lighting");
+    let lit = Lit::light(backend, world, &proxies, settings, job, &mut seen)?;
+    let (picture, counts) = frame::render(backend, world, &proxies, &lit, view, job, settings, &mut seen)?;
+    let timings = backend.take_timings()?;
+    backend.set_stage("");
+    Ok((seen.finish(picture, timings), counts))
+}
