@@ -11,6 +11,8 @@ use twinlight_kernels::passes::{self, Accumulate, Launch};
 /// A storage buffer that threads add to at once.
 struct AtomicBuffer<'a> {
     cells: &'a mut [u32],
+    /// 0 at run time. Or-ed to each value: naga rejects an atomic whose value comes straight from a loop before it.
+    zero: u32,
 }
 
 const SCOPE: u32 = Scope::QueueFamily as u32;
@@ -22,7 +24,7 @@ macro_rules! atomic {
         fn $method(&mut self, index: u32, value: u32) {
             if (index as usize) < self.cells.len() {
                 // SAFETY: the index is inside; atomics on a storage buffer are sound from any invocation.
-                unsafe { $operation::<u32, SCOPE, RELAXED>(&mut self.cells[index as usize], value) };
+                unsafe { $operation::<u32, SCOPE, RELAXED>(&mut self.cells[index as usize], value | self.zero) };
             }
         }
     )*};
@@ -64,7 +66,7 @@ macro_rules! entry_point {
         ) {
             let index = launch.index(id);
             if index < launch.items {
-                let mut output = AtomicBuffer { cells: $output };
+                let mut output = AtomicBuffer { cells: $output, zero: launch.zero };
                 passes::$name(index, &launch.params, $($input,)* &mut output);
             }
         }

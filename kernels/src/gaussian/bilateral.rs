@@ -9,6 +9,9 @@ const MIN_DEVIATION: f32 = 1e-6;
 /// Sums of relative weights below this mean that no sample matches.
 const NO_MATCH: f32 = 1e-12;
 
+/// Weights below this share of the largest are left out.
+const NEGLIGIBLE: f32 = 1e-4;
+
 /// The thresholds of [`shares_visibility`] stop short of 1 by this much, so that a pixel always accepts itself.
 const UNIT_TOLERANCE: f32 = 1.0 / 1_048_576.0;
 
@@ -110,7 +113,8 @@ pub fn geometric_weight(
 /// Returns the weights of four coarse pixels around a pixel, w_G·w_l over their sum. VF eq. 5.
 ///
 /// `distance` is that of each from the pixel's tangent plane, `normal` its unit normal, 0 where there is no surface. Where
-/// nothing matches, the one nearest to the plane gets weight 1; all are 0 when none has a surface.
+/// nothing matches, the one nearest to the plane gets weight 1; all are 0 when none has a surface. Weights below 1e-4 of
+/// the largest are 0: their lists need not be read.
 #[inline]
 pub fn gathering_weights(
     bilinear: &[f32; 4],
@@ -123,7 +127,7 @@ pub fn gathering_weights(
     let mut weights = [0.0; 4];
     let mut nearest = 4usize;
     let mut nearest_distance = f32::MAX;
-    let mut sum = 0.0;
+    let mut largest = 0.0;
     for i in 0..4 {
         if dot(normal[i], normal[i]) > 0.0 {
             let gap = abs(clamp(distance[i], -1e18, 1e18));
@@ -132,18 +136,25 @@ pub fn gathering_weights(
                 nearest_distance = gap;
             }
             let cosine = dot(normal[i], own_normal);
-            weights[i] =
-                saturate(bilinear[i]) * geometric_weight(gap, cosine, depth_deviation, normal_deviation);
-            sum += weights[i];
+            let similarity = geometric_weight(gap, cosine, depth_deviation, normal_deviation);
+            weights[i] = saturate(bilinear[i]) * similarity;
+            largest = max(largest, weights[i]);
         }
     }
     if nearest == 4 {
-        return weights;
+        return [0.0; 4];
     }
-    if sum < NO_MATCH {
+    if largest < NO_MATCH {
         weights = [0.0; 4];
         weights[nearest] = 1.0;
         return weights;
+    }
+    let mut sum = 0.0;
+    for i in 0..4 {
+        if weights[i] < NEGLIGIBLE * largest {
+            weights[i] = 0.0;
+        }
+        sum += weights[i];
     }
     for i in 0..4 {
         weights[i] = div(weights[i], sum);

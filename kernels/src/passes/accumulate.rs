@@ -24,10 +24,10 @@ pub struct Launch<P> {
     pub items: u32,
     /// Invocations in one row of workgroups: large launches are two-dimensional.
     pub row: u32,
+    /// Always 0, which a compiler cannot know.
+    pub zero: u32,
     /// Padding: parameters begin at byte 16.
-    pub pad0: u32,
-    /// Padding.
-    pub pad1: u32,
+    pub pad: u32,
     /// The pass's parameters.
     pub params: P,
 }

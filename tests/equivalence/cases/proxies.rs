@@ -1,5 +1,6 @@
 //! Inputs of the passes over point proxies, voxels and light maps: the random scenes of `scene`.
 
+use super::arrays::scanned;
 use super::scene::{World, launch, previous, worlds};
 use crate::body::Launch;
 use crate::case;
@@ -32,9 +33,7 @@ pub(super) struct Proxied {
 
 /// The exclusive scan and the sum.
 fn scan(counts: &[u32]) -> (Vec<u32>, u32) {
-    let mut sum = 0;
-    let starts = counts.iter().map(|&c| std::mem::replace(&mut sum, sum + c)).collect();
-    (starts, sum)
+    (scanned(counts), counts.iter().sum())
 }
 
 /// Pairs in order of keys.
@@ -49,7 +48,7 @@ impl Proxied {
         let triangles = world.triangles.len() as u32;
         let mut params = ProxyParams {
             density: 12.0,
-            radius: 0.2,
+            radius: 0.35,
             cells_per_length: 1e5,
             seed: draw.word(),
             triangles,

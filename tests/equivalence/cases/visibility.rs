@@ -75,7 +75,7 @@ impl Coarse {
         let one = |i| passes::march_rays(i, &march, surfaces, &gloss, &p.pair_starts, &p.pairs, &p.proxies);
         let voxels: Vec<u32> = (0..COARSE * RAYS).map(one).collect();
         let met = voxels.iter().filter(|&&v| v != u32::MAX).count();
-        assert!(met > voxels.len() / 8 && met < voxels.len(), "{met} rays of {} meet proxies", voxels.len());
+        assert!(met > voxels.len() / 12 && met < voxels.len(), "{met} rays of {} meet proxies", voxels.len());
         let one = |i| passes::lobe_coverage(i, &march, surfaces, &gloss, &voxels);
         let coverage: Vec<f32> = (0..COARSE).map(one).collect();
         let list = ListParams {

@@ -208,13 +208,11 @@ impl Window {
         for row in 0..MAX_ROWS {
             lowest = lower(lowest, self.row[row]);
         }
-        if lowest == NOTHING {
-            return Member { voxel: NOTHING, count: 0 };
-        }
         let voxel = lowest >> COUNT_BITS;
         let mut count = 0;
         for row in 0..MAX_ROWS {
-            if self.row[row] >> COUNT_BITS == voxel {
+            // No voxel has the number of NOTHING.
+            if lowest != NOTHING && self.row[row] >> COUNT_BITS == voxel {
                 let mut least = NOTHING;
                 for column in 0..MAX_ROWS {
                     let slot = row * MAX_ROWS + column;
@@ -231,7 +229,7 @@ impl Window {
                 self.row[row] = least;
             }
         }
-        Member { voxel, count }
+        Member { voxel: if lowest == NOTHING { NOTHING } else { voxel }, count }
     }
 }
 
@@ -262,6 +260,28 @@ fn lower(a: u32, b: u32) -> u32 {
     if a < b { a } else { b }
 }
 
+/// Hashes below this keep their voxel in the list of pixel `index`: all where the union fits.
+#[inline]
+fn thinning(index: u32, params: &ListParams, surfaces: &[Surface], counted: &[u32]) -> u32 {
+    let mut threshold = 0xFFFF_FFFF;
+    if params.occupied > params.capacity {
+        let mut window = Window::new(index, params, surfaces, counted);
+        let mut size = 0;
+        loop {
+            let member = window.take(counted);
+            if member.voxel == NOTHING {
+                break;
+            }
+            size += 1;
+        }
+        if size > params.capacity {
+            // Aims at 15/16 of the capacity: the number that the hash keeps varies.
+            threshold = (0xFFFF_FFFF / size) * (params.capacity - params.capacity / 16);
+        }
+    }
+    threshold
+}
+
 /// Writes the list of pixel `index`: the union of its neighbours' voxels, VF eq. 4. The output starts cleared.
 ///
 /// `counted` is that of [`count_rays`]. Merges sorted lists: each word is taken once, and for each voxel of the union only
@@ -275,28 +295,17 @@ pub fn filter_lists(
     counted: &[u32],
     output: &mut impl Accumulate,
 ) {
+    let threshold = thinning(index, params, surfaces, counted);
     let mut window = Window::new(index, params, surfaces, counted);
     let mut total = window.pixels * params.diffuse_rays;
-    let mut threshold = 0xFFFF_FFFF;
-    let most = lower(window.pixels * (params.diffuse_rays + params.lobe_rays), params.occupied);
-    if most > params.capacity {
-        // Only now the union can be too large: count it.
-        let mut size = 0;
-        while window.take(counted).voxel != NOTHING {
-            size += 1;
-        }
-        if size > params.capacity {
-            // Aims at 15/16 of the capacity: the number that the hash keeps varies.
-            threshold = (0xFFFF_FFFF / size) * (params.capacity - params.capacity / 16);
-        }
-        window = Window::new(index, params, surfaces, counted);
-    }
     let first = index * list_stride(params.capacity);
     let (mut kept, mut dropped) = (0, 0);
-    let mut member = window.take(counted);
-    while member.voxel != NOTHING {
-        let chosen = threshold == 0xFFFF_FFFF
-            || hash(combine(index, member.voxel)) < threshold;
+    loop {
+        let member = window.take(counted);
+        if member.voxel == NOTHING {
+            break;
+        }
+        let chosen = threshold == 0xFFFF_FFFF || hash(combine(index, member.voxel)) < threshold;
         if chosen && kept < params.capacity {
             output.or(first + LIST_HEADER + 2 * kept, member.voxel + 1);
             output.or(first + LIST_HEADER + 2 * kept + 1, member.count);
@@ -305,7 +314,6 @@ pub fn filter_lists(
             dropped += 1;
             total -= member.count;
         }
-        member = window.take(counted);
     }
     output.or(first, total);
     output.or(first + 1, kept);
