@@ -103,6 +103,7 @@ fn gather<B: Backend>(
         capacity: lists.capacity,
         flags: if settings.gather == Gather::Share { GATHER_SHARE } else { 0 },
         trust: settings.trust,
+        disc_radius: p.radius,
         clamp: match settings.clamp {
             Clamp::Disc => CLAMP_DISC,
             Clamp::Radius => CLAMP_RADIUS,

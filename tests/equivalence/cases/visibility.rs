@@ -218,6 +218,8 @@ fn gather_params(c: &Coarse, flags: u32, clamp: u32, specular_deviation: f32) ->
         scale_x: 0.9,
         scale_y: 1.1,
         near_range: 1.5,
+        trust: 2.0,
+        disc_radius: 0.35,
         depth_deviation: 0.02,
         normal_deviation: 0.1,
         specular_deviation,

@@ -15,7 +15,7 @@ use super::proxy::Proxy;
 use crate::gaussian::gathering_weights;
 use crate::gaussian::{one_minus_cosine, specular_falloff};
 use crate::geometry::bvh::NO_TRIANGLE;
-use crate::math::{PI, abs, acos, div, dot, exp2, exp_minus_one, max, min, normalize_or, pow_fast, recip, rsqrt};
+use crate::math::{PI, abs, acos, div, dot, exp_minus_one, log2, max, min, normalize_or, pow_fast, rsqrt};
 use crate::passes::surface::Surface;
 use crate::passes::upsample::{Footprint, footprint};
 use crate::sh::lambert_intensity;
@@ -68,10 +68,10 @@ gpu_struct! {
         pub clamp: u32,
         /// Standard errors by which a share of rays may differ from the proxies' solid angle before it counts more.
         pub trust: f32,
+        /// Radius of the discs in metres: what a lobe cannot resolve.
+        pub disc_radius: f32,
         /// Padding.
-        pub pad0: u32,
-        /// Padding.
-        pub pad1: u32,
+        pub pad: u32,
     }
 }
 
@@ -186,6 +186,7 @@ fn solid_share(params: &GatherVoxelsParams, squared: f32, area: f32) -> f32 {
 struct Seen {
     /// Unit direction toward it.
     direction: Vec3,
+    inverse_distance: f32,
     /// Its share of the hemisphere's projected solid angle, without the receiver's cosine.
     size: f32,
     radiance: Vec3,
@@ -204,11 +205,13 @@ fn see_proxy(
     let p = &proxies[index as usize];
     let between = p.position.truncate() - from;
     let squared = dot(between, between);
-    let direction = between * rsqrt(max(squared, crate::math::MIN_POSITIVE));
+    let inverse_distance = rsqrt(max(squared, crate::math::MIN_POSITIVE));
+    let direction = between * inverse_distance;
     let cosine = -dot(p.normal.truncate(), direction);
     let side = radiance[(2 * index + if cosine >= 0.0 { 0 } else { 1 }) as usize];
     Seen {
         direction,
+        inverse_distance,
         size: solid_share(params, squared, p.normal.w) * abs(cosine),
         radiance: side.truncate(),
         openness: side.w,
@@ -219,7 +222,8 @@ fn see_proxy(
 fn see_voxel(params: &GatherVoxelsParams, from: Vec3, v: &Voxel) -> Seen {
     let between = v.centroid.truncate() - from;
     let squared = dot(between, between);
-    let direction = between * rsqrt(max(squared, crate::math::MIN_POSITIVE));
+    let inverse_distance = rsqrt(max(squared, crate::math::MIN_POSITIVE));
+    let direction = between * inverse_distance;
     let towards = -direction;
     let intensity = Vec3::new(
         lambert_intensity(v.front_red, towards) + lambert_intensity(v.back_red, towards),
@@ -228,12 +232,12 @@ fn see_voxel(params: &GatherVoxelsParams, from: Vec3, v: &Voxel) -> Seen {
     );
     let area = lambert_intensity(v.front_area, towards) + lambert_intensity(v.back_area, towards);
     if !(area > crate::math::MIN_POSITIVE) || !(v.mean_area > crate::math::MIN_POSITIVE) {
-        return Seen { direction, size: 0.0, radiance: Vec3::ZERO, openness: 1.0 };
+        return Seen { direction, inverse_distance, size: 0.0, radiance: Vec3::ZERO, openness: 1.0 };
     }
     let radiance = Vec3::new(div(intensity.x, area), div(intensity.y, area), div(intensity.z, area));
     // As many proxies of mean area as make up the projected area.
     let size = solid_share(params, squared, v.mean_area) * div(area, v.mean_area);
-    Seen { direction, size, radiance, openness: 1.0 }
+    Seen { direction, inverse_distance, size, radiance, openness: 1.0 }
 }
 
 /// Whether a voxel counts proxy by proxy: its centroid is nearer than R.
@@ -355,15 +359,15 @@ fn cells(index: u32, params: &GatherVoxelsParams) -> Footprint {
 struct Lobe {
     mirror: Vec3,
     exponent: f32,
-    /// Beyond this cosine the lobe is below 1/256.
-    least_cosine: f32,
-    /// The same as an angle.
-    widest: f32,
     /// σ_θ, 0 for the Phong lobe.
     deviation: f32,
-    /// The exponent with which eq. 7 is half where the Phong lobe is.
+    /// The exponent with which eq. 7 is half where the Phong lobe is, over that lobe's.
     filter_exponent: f32,
+    disc_radius: f32,
 }
+
+/// Lobes are cut off where n·(1 − cos) is this: at 3e-4 of their middle.
+const LOBE_EDGE: f32 = 8.0;
 
 impl Lobe {
     #[inline]
@@ -371,30 +375,43 @@ impl Lobe {
         let (position, normal) = (s.position.truncate(), s.normal.truncate());
         let to_viewer = normalize_or(params.eye.truncate() - position, normal);
         let mirror = normalize_or(normal * (2.0 * dot(normal, to_viewer)) - to_viewer, normal);
-        let n = max(exponent, 1.0e-3);
-        let least_cosine = exp2(-8.0 * recip(n));
         let deviation = params.specular_deviation;
         // cosᶯ = 1 − 1.1774 σ where cosⁿ = ½.
         let half = 1.0 - 1.177_41 * min(deviation, 0.5);
         Self {
             mirror,
-            exponent: n,
-            least_cosine,
-            widest: acos(least_cosine),
+            exponent: max(exponent, 1.0e-3),
             deviation,
-            filter_exponent: -(n * crate::math::log2(half)),
+            filter_exponent: -log2(half),
+            disc_radius: params.disc_radius,
         }
     }
 
-    /// The weight of a direction, 1 in the middle; 0 beyond the edge.
+    /// The exponent of the lobe as it falls on discs at a distance, given 1/distance.
+    ///
+    /// A lobe of exponent n has a variance of about 1/n, a disc of radius r that of a normal distribution of half its
+    /// radius, (r/2d)². Unblurred, a narrow lobe would see the gaps between proxies.
     #[inline]
-    fn weight(&self, direction: Vec3) -> f32 {
-        if self.deviation > 0.0 {
-            let gap = one_minus_cosine(self.mirror, direction);
-            return if gap < 1.0 { specular_falloff(gap, self.filter_exponent, self.deviation) } else { 0.0 };
+    fn blurred(&self, inverse_distance: f32) -> f32 {
+        let blur = 0.5 * self.disc_radius * inverse_distance;
+        div(self.exponent, 1.0 + self.exponent * (blur * blur))
+    }
+
+    /// The weight of a direction per solid angle, 1 in the middle of a distant lobe; 0 beyond the edge.
+    #[inline]
+    fn weight(&self, direction: Vec3, inverse_distance: f32) -> f32 {
+        let exponent = self.blurred(inverse_distance);
+        let gap = one_minus_cosine(self.mirror, direction);
+        if !(exponent * gap < LOBE_EDGE) || !(gap < 1.0) {
+            return 0.0;
         }
-        let cosine = min(dot(self.mirror, direction), 1.0);
-        if cosine > self.least_cosine { pow_fast(cosine, self.exponent) } else { 0.0 }
+        let shape = if self.deviation > 0.0 {
+            specular_falloff(gap, exponent * self.filter_exponent, self.deviation)
+        } else {
+            pow_fast(1.0 - gap, exponent)
+        };
+        // Wider is lower: the lobe's whole stays.
+        shape * div(exponent + 1.0, self.exponent + 1.0)
     }
 
     /// Whether the sphere around a voxel's proxies can be in the lobe.
@@ -403,13 +420,16 @@ impl Lobe {
         let between = v.centroid.truncate() - from;
         let squared = dot(between, between);
         let radius = v.centroid.w;
-        if squared <= radius * radius {
+        // Twice the radius: nearer, the blur changes too much within the voxel.
+        if squared <= 4.0 * (radius * radius) {
             return true;
         }
         let inverse = rsqrt(squared);
+        // Of the nearest point, at least half as far.
+        let edge = max(1.0 - div(LOBE_EDGE, self.blurred(2.0 * inverse)), -1.0);
         // asin x ≤ π/2·x
         let half_angle = (0.5 * PI) * (radius * inverse);
-        acos(dot(self.mirror, between) * inverse) <= self.widest + half_angle
+        acos(dot(self.mirror, between) * inverse) <= acos(edge) + half_angle
     }
 }
 
@@ -457,7 +477,7 @@ pub fn gather_specular(
                 let seen = see_proxy(params, from, i, proxies, radiance);
                 let cosine = dot(seen.direction, normal);
                 if cosine > 0.0 {
-                    let weight = lobe.weight(seen.direction) * member.weight;
+                    let weight = lobe.weight(seen.direction, seen.inverse_distance) * member.weight;
                     let size = seen.size * seen.openness * (cosine * weight);
                     light += seen.radiance * size;
                     whole += size;
