@@ -2,8 +2,11 @@
 
 #[path = "evaluate.rs"]
 mod evaluate;
+#[path = "visibility.rs"]
+mod visibility;
 
 pub use evaluate::*;
+pub use visibility::*;
 
 use bytemuck::Pod;
 use glam::Vec3;
@@ -51,6 +54,7 @@ pub struct Samples {
     surfaces: CpuBuffer<Surface>,
     gloss: CpuBuffer<Vec4>,
     visible: CpuBuffer<u32>,
+    filter: Filter,
 }
 
 impl Samples {
@@ -80,7 +84,8 @@ impl Samples {
         cpu.light_visibility(
             &light, &surfaces, &w.lights, &w.nodes, &w.blocks, tris, mats, texels, v, COUNT,
         )?;
-        Ok(Self { world: w, camera, light, gather, hits, surfaces, gloss, visible })
+        let filter = Filter::new(cpu, &w, &camera, &surfaces, &gloss)?;
+        Ok(Self { world: w, camera, light, gather, hits, surfaces, gloss, visible, filter })
     }
 
     fn tree(&self) -> (Vec<BvhNode>, Vec<TriangleBlock>) {

@@ -1,10 +1,11 @@
 //! `twinlight compare`: do both backends agree, pass by pass?
 
 use super::options::{ArithmeticChoice, BackendOptions, SceneOptions, build_tree};
+use super::visibility_filter::VisibilityFilterOptions;
 use super::{Failure, print_out};
 use crate::backend::{Arithmetic, PairBackend};
 use crate::report::agreement::Agreement;
-use crate::technique::{Job, World, ambient_occlusion, direct};
+use crate::technique::{Job, World, ambient_occlusion, direct, visibility_filter};
 use clap::Args;
 use serde_json::json;
 
@@ -14,6 +15,8 @@ pub(crate) struct CompareArguments {
     scene: SceneOptions,
     #[command(flatten)]
     backend: BackendOptions,
+    #[command(flatten)]
+    filter: VisibilityFilterOptions,
     /// Rays per pixel for the sky, emissive surfaces and occlusion
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=65_536))]
     samples: u32,
@@ -26,6 +29,7 @@ pub(crate) struct CompareArguments {
 }
 
 pub(crate) fn run(a: &CompareArguments) -> Result<(), Failure> {
+    let settings = a.filter.settings()?;
     let (scene, view) = a.scene.open()?;
     let cpu = a.backend.cpu()?;
     let tree = cpu.install(|| build_tree(&scene))?;
@@ -38,6 +42,8 @@ pub(crate) fn run(a: &CompareArguments) -> Result<(), Failure> {
     let world = World::upload(&mut pair, &scene, &tree, a.scene.emissive)?;
     let job = Job { rays: a.samples, seed: a.seed, ..Job::default() };
     direct::render(&mut pair, &world, &view, &job)?;
+    let with_discs = Job { dumps: vec!["proxies".into()], ..job.clone() };
+    visibility_filter::render(&mut pair, &world, &view, &with_discs, &settings)?;
     ambient_occlusion::render(&mut pair, &world, &view, &job)?;
     let agreements = pair.take_agreements();
     let holds = |x: &Agreement| if strict { x.is_exact() } else { x.is_tolerable() };

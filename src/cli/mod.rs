@@ -20,7 +20,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     /// Render one picture
-    Render(render::RenderArguments),
+    Render(Box<render::RenderArguments>),
     /// Run both backends and compare them pass by pass
     Compare(compare::CompareArguments),
     /// List the GPU adapters, their limits, and whether they can run strict arithmetic

@@ -6,7 +6,7 @@ use crate::technique::visibility_filter::{Anchor, Clamp, Gather, Visibility, Vis
 use clap::{Args, ValueEnum};
 
 /// The knobs; what is left out keeps the default or the preset's value.
-#[derive(Args, Clone, Default)]
+#[derive(Args, Clone, Default, PartialEq)]
 #[command(next_help_heading = "Visibility filter")]
 pub(crate) struct VisibilityFilterOptions {
     /// Start from published settings: paper-cornell, paper-cornell-128, paper-sponza
@@ -77,7 +77,7 @@ pub(crate) struct VisibilityFilterOptions {
     specular_deviation: Option<f32>,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, ValueEnum, PartialEq)]
 enum GatherChoice {
     /// All light of each visible voxel, as published: biased where voxels are partly hidden
     Sum,
@@ -85,7 +85,7 @@ enum GatherChoice {
     Share,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, ValueEnum, PartialEq)]
 enum ClampChoice {
     /// The form factor of a disc
     Disc,
@@ -95,7 +95,7 @@ enum ClampChoice {
     None,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, ValueEnum, PartialEq)]
 enum MeetChoice {
     /// Discs
     Proxies,
@@ -103,7 +103,7 @@ enum MeetChoice {
     Triangles,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, ValueEnum, PartialEq)]
 enum AnchorChoice {
     /// The pixel
     Pixel,

@@ -5,9 +5,7 @@ use crate::backend::{Backend, BackendError};
 use crate::scene::Bounds;
 use glam::{Vec3, Vec4};
 use twinlight_kernels::passes::elements::{Light, LightMapParams, Surface};
-use twinlight_kernels::passes::light_map::{
-    PROJECT_OCTAHEDRON, PROJECT_PARALLEL, PROJECT_PERSPECTIVE,
-};
+use twinlight_kernels::passes::light_map::{PROJECT_OCTAHEDRON, PROJECT_PARALLEL, PROJECT_PERSPECTIVE};
 use twinlight_kernels::passes::scene::{LIGHT_SPOT, LIGHT_SUN};
 
 /// Spots wider than this half angle (80°) have a map of all directions.

@@ -9,8 +9,8 @@ mod lobe;
 mod specular;
 
 pub use bilateral::{
-    CoarseSamples, depth_similarity, gaussian_falloff, gathering_weights, geometric_weight, mean_or_zero, normal_similarity,
-    shares_visibility, upsampling_weights,
+    CoarseSamples, depth_similarity, gathering_weights, gaussian_falloff, geometric_weight, mean_or_zero,
+    normal_similarity, shares_visibility, upsampling_weights,
 };
 pub use depth_window::{
     UNORM16_DEVIATION, depth_coverage, layer_coordinate, layer_decay, minimum_deviation, smooth_step,

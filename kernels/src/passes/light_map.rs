@@ -95,8 +95,7 @@ pub fn trace_light_map(
     let y = ((index / params.size) as f32 + 0.5) * scale - 1.0;
     let (right, down) = (params.right.truncate() * x, params.down.truncate() * y);
     let forward = params.forward.truncate();
-    let mut ray =
-        Ray { origin: params.origin.truncate(), direction: forward, t_min: 0.0, t_max: 1.0e30 };
+    let mut ray = Ray { origin: params.origin.truncate(), direction: forward, t_min: 0.0, t_max: 1.0e30 };
     if params.projection == PROJECT_PARALLEL {
         ray.origin = (ray.origin + right) + down;
     } else if params.projection == PROJECT_PERSPECTIVE {
@@ -122,13 +121,10 @@ struct Place {
 #[inline]
 fn place(params: &LightMapParams, position: Vec3) -> Place {
     let between = position - params.origin.truncate();
-    let (right, down, forward) =
-        (params.right.truncate(), params.down.truncate(), params.forward.truncate());
+    let (right, down, forward) = (params.right.truncate(), params.down.truncate(), params.forward.truncate());
     let along = dot(between, forward);
-    let across = Vec2::new(
-        div(dot(between, right), dot(right, right)),
-        div(dot(between, down), dot(down, down)),
-    );
+    let across =
+        Vec2::new(div(dot(between, right), dot(right, right)), div(dot(between, down), dot(down, down)));
     if params.projection == PROJECT_PARALLEL {
         return Place { point: across, depth: along, direction: forward, texel: params.texel };
     }

@@ -54,7 +54,8 @@ pub use scan::{add_block_offsets, block_sums, compact_indices, scan_blocks};
 pub use sort::{count_digits, place_by_digit};
 pub use surface::{resolve_emission, resolve_gloss, resolve_surfaces, trace_primary};
 pub use upsample::upsample;
-pub use visibility_filter::gather_voxels::{gather_diffuse, gather_specular};
+pub use visibility_filter::gather_reflection::gather_specular;
+pub use visibility_filter::gather_voxels::gather_diffuse;
 pub use visibility_filter::grid::{
     cell_starts, dark_sides, overlap_counts, overlap_pairs, proxy_keys, reorder_proxies, sum_voxels,
 };

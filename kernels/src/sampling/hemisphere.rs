@@ -2,9 +2,7 @@
 //!
 //! Directions are in a frame whose z axis is the normal; [`to_world`] turns them.
 
-use crate::math::{
-    div, exp, exp_minus_one, ln, max, orthonormal_frame, saturate, sin_cos_turn, sqrt,
-};
+use crate::math::{div, exp, exp_minus_one, ln, max, orthonormal_frame, saturate, sin_cos_turn, sqrt};
 use glam::{Vec2, Vec3};
 
 /// Returns a unit direction with density cos θ/π over the hemisphere around z, for u in [0, 1]².

@@ -150,9 +150,7 @@ fn gather<B: Backend>(
         let light = backend.download(&diffuse)?;
         seen.keep("diffuse", || picture(width, height, &light, Vec4::truncate));
         let most = light.iter().fold(1.0f32, |most, v| most.max(v.w));
-        seen.keep("visible-count", || {
-            picture(width, height, &light, |v| Vec3::splat(v.w / most))
-        });
+        seen.keep("visible-count", || picture(width, height, &light, |v| Vec3::splat(v.w / most)));
     }
     Ok(Gathered { width, height, surfaces: g.surfaces, diffuse, specular })
 }

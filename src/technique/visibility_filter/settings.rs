@@ -213,7 +213,10 @@ impl VisibilityFilter {
         }
         let rays = u64::from(marching.0) * u64::from(marching.1) * u64::from(self.all_rays(true));
         if rays > MAX_ALL_RAYS {
-            return refuse("rays", format!("{rays} in all are more than {MAX_ALL_RAYS}; lower marching or rays"));
+            return refuse(
+                "rays",
+                format!("{rays} in all are more than {MAX_ALL_RAYS}; lower marching or rays"),
+            );
         }
         let finite = |knob, value: f32, low: f32, high: f32| {
             if value >= low && value <= high {
@@ -280,7 +283,10 @@ mod tests {
     #[test]
     fn default_sizes_follow_the_picture() {
         let settings = VisibilityFilter::default();
-        assert_eq!((settings.marching_size(512, 512), settings.illumination_size(512, 512)), ((128, 128), (256, 256)));
+        assert_eq!(
+            (settings.marching_size(512, 512), settings.illumination_size(512, 512)),
+            ((128, 128), (256, 256))
+        );
         assert_eq!((settings.marching_size(1, 3), settings.illumination_size(1, 3)), ((1, 1), (1, 2)));
         settings.check(32_768, 4096).unwrap();
         assert_eq!(settings.list_capacity(false, 5000), 1024);

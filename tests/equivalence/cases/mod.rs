@@ -2,14 +2,14 @@
 
 mod arrays;
 mod evaluate;
+mod proxies;
 mod scene;
 mod spherical;
-mod proxies;
 mod visibility;
 
 pub use arrays::*;
 pub use evaluate::*;
+pub use proxies::*;
 pub use scene::*;
 pub use spherical::*;
-pub use proxies::*;
 pub use visibility::*;

@@ -226,11 +226,7 @@ pub fn sum_voxels(draw: &mut Draw) -> Vec<case::sum_voxels> {
         .map(|p| {
             weighted = 1 - weighted;
             case::sum_voxels {
-                launch: Launch::new(
-                    format!("weighted: {weighted}"),
-                    p.grid.dims.w as usize,
-                    p.grid.dims.w,
-                ),
+                launch: Launch::new(format!("weighted: {weighted}"), p.grid.dims.w as usize, p.grid.dims.w),
                 params: GridParams { weighted, ..p.grid },
                 starts: p.starts,
                 proxies: p.proxies,
@@ -265,9 +261,8 @@ fn maps(world: &World) -> Vec<LightMapParams> {
 
 fn map_hits(world: &World, params: &LightMapParams) -> Vec<Hit> {
     let w = world;
-    let one = |i| {
-        passes::trace_light_map(i, params, &w.nodes, &w.blocks, &w.triangles, &w.materials, &w.texels)
-    };
+    let one =
+        |i| passes::trace_light_map(i, params, &w.nodes, &w.blocks, &w.triangles, &w.materials, &w.texels);
     (0..params.size * params.size).map(one).collect()
 }
 

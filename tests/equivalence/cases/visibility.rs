@@ -7,13 +7,13 @@ use crate::case;
 use crate::common::draw::Draw;
 use glam::Vec4;
 use twinlight_kernels::passes;
+use twinlight_kernels::passes::Accumulate;
 use twinlight_kernels::passes::elements::*;
 use twinlight_kernels::passes::visibility_filter::gather_voxels::{
     CLAMP_DISC, CLAMP_NONE, CLAMP_RADIUS, GATHER_SHARE,
 };
 use twinlight_kernels::passes::visibility_filter::list::list_stride;
 use twinlight_kernels::passes::visibility_filter::march::WORLD_ANCHORED;
-use twinlight_kernels::passes::Accumulate;
 
 /// Rows of the coarse picture: whole ones of the scene's pixels.
 const ROWS: u32 = PIXELS / WIDTH;
@@ -107,9 +107,8 @@ impl Coarse {
     fn all(draw: &mut Draw) -> [Self; 2] {
         let [a, b] = Proxied::all(draw);
         let all = [Self::new(draw, a, 0, 60), Self::new(draw, b, WORLD_ANCHORED, 7)];
-        let dropped = |c: &Self| {
-            c.lists.chunks_exact(list_stride(c.list.capacity) as usize).map(|l| l[2]).sum::<u32>()
-        };
+        let dropped =
+            |c: &Self| c.lists.chunks_exact(list_stride(c.list.capacity) as usize).map(|l| l[2]).sum::<u32>();
         assert!(dropped(&all[0]) == 0 && dropped(&all[1]) > 0, "lists are not both roomy and tight");
         all
     }
@@ -166,9 +165,7 @@ pub fn lobe_coverage(draw: &mut Draw) -> Vec<case::lobe_coverage> {
 }
 
 pub fn sort_rays(draw: &mut Draw) -> Vec<case::sort_rays> {
-    Coarse::all(draw)
-        .map(|c| case::sort_rays { launch: c.rays(), params: c.list, voxels: c.voxels })
-        .into()
+    Coarse::all(draw).map(|c| case::sort_rays { launch: c.rays(), params: c.list, voxels: c.voxels }).into()
 }
 
 pub fn count_rays(draw: &mut Draw) -> Vec<case::count_rays> {

@@ -140,11 +140,8 @@ pub fn overlap_pairs(index: u32, params: &GridParams, starts: &[u32], proxies: &
     let within = pair - starts[proxy as usize];
     let row = within / span.x;
     let layer = row / span.y;
-    let voxel = UVec3::new(
-        first.x + (within - row * span.x),
-        first.y + (row - layer * span.y),
-        first.z + layer,
-    );
+    let voxel =
+        UVec3::new(first.x + (within - row * span.x), first.y + (row - layer * span.y), first.z + layer);
     encode(voxel, params.dims.truncate())
 }
 

@@ -247,9 +247,9 @@ impl Range {
         let (x, y) = (pixel % params.width, pixel / params.width);
         let (n, m) = (lower(params.half_width, MAX_HALF_WIDTH), lower(params.half_height, MAX_HALF_WIDTH));
         Self {
-            left: if x > n { x - n } else { 0 },
+            left: x - lower(x, n),
             right: lower(x + n, params.width - 1),
-            top: if y > m { y - m } else { 0 },
+            top: y - lower(y, m),
             bottom: lower(y + m, params.height - 1),
         }
     }

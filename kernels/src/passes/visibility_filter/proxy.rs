@@ -1,10 +1,10 @@
 //! Where do point proxies lie, and which surfaces do they stand for? VF §3.1.
 
+use crate::geometry::bvh::{Hit, NO_TRIANGLE};
 use crate::math::{cross, div, length};
 use crate::passes::material::{base_color, texture_coordinates};
 use crate::passes::scene::{MATERIAL_MASKED, Material, Triangle};
 use crate::passes::surface::{Surface, geometric_normal, surface_at};
-use crate::geometry::bvh::{Hit, NO_TRIANGLE};
 use crate::sampling::halton::halton;
 use crate::sampling::hash::{combine, position_hash};
 use crate::sampling::hemisphere::{fold_barycentrics, triangle_point};
@@ -108,15 +108,17 @@ pub fn make_proxies(
     let triangle = owner(starts, params.triangles, index);
     let t = &triangles[triangle as usize];
     let start = starts[triangle as usize];
-    let next =
-        if triangle + 1 < params.triangles { starts[(triangle + 1) as usize] } else { params.proxies };
+    let next = if triangle + 1 < params.triangles { starts[(triangle + 1) as usize] } else { params.proxies };
     // Hashed again: the roulette left only small hashes to triangles below one proxy.
     let offset = combine(triangle_hash(params, t), 1) & 0xFFFF;
     let weights = fold_barycentrics(halton(offset + (index - start)));
     let position = triangle_point(t.p0.truncate(), t.p1.truncate(), t.p2.truncate(), weights);
     let whole = triangle_area(t);
-    let area =
-        if whole * params.density >= 1.0 { div(whole, (next - start) as f32) } else { div(1.0, params.density) };
+    let area = if whole * params.density >= 1.0 {
+        div(whole, (next - start) as f32)
+    } else {
+        div(1.0, params.density)
+    };
     let m = &materials[t.material as usize];
     let hole = m.flags & MATERIAL_MASKED != 0
         && base_color(m, texels, texture_coordinates(t, weights.y, weights.z)).w < m.cutoff;

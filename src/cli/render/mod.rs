@@ -1,0 +1,228 @@
+//! `twinlight render`: one picture.
+
+mod output;
+mod passes;
+mod path_traced;
+
+use super::Failure;
+use super::options::{BackendOptions, SceneOptions, build_tree};
+use super::visibility_filter::VisibilityFilterOptions;
+use crate::picture::Picture;
+use crate::scene::Scene;
+use crate::technique::reference::Bounces;
+use crate::technique::{ambient_occlusion, direct, visibility_filter};
+use clap::{Args, ValueEnum};
+use output::{check_output, dump_path, note_error, open_reference, report, write};
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub(crate) struct RenderArguments {
+    #[command(flatten)]
+    scene: SceneOptions,
+    #[command(flatten)]
+    backend: BackendOptions,
+    /// How light is computed
+    #[arg(long, default_value = "auto")]
+    technique: Technique,
+    /// Where the passes run
+    #[arg(long = "backend", default_value = "cpu", value_name = "BACKEND")]
+    machine: Machine,
+    /// The picture's file, .png or .exr [default: the scene's name with .png]
+    #[arg(short, long, value_name = "OUT.png|OUT.exr")]
+    output: Option<PathBuf>,
+    /// Reflections beyond direct light, or all (reference)
+    #[arg(long, default_value = "1", value_parser = parse_bounces, value_name = "N|all")]
+    bounces: Bounces,
+    /// Paths per pixel (reference), or rays per pixel for the sky, emissive surfaces and occlusion
+    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
+    samples: u32,
+    /// Seed of random numbers
+    #[arg(long, default_value_t = 1)]
+    seed: u32,
+    /// Let the reference see each pixel's centre only, as the techniques do
+    #[arg(long)]
+    pixel_centre: bool,
+    /// Which light goes into the picture
+    #[arg(long, default_value = "all")]
+    only: Only,
+    /// λ of the occlusion falloff 1/(1 + λ r), 1/m
+    #[arg(long, default_value_t = 0.0, value_name = "λ", allow_hyphen_values = true)]
+    falloff: f32,
+    /// Distance beyond which nothing occludes, metres
+    #[arg(long, default_value_t = 1.0e30, value_name = "METRES", allow_hyphen_values = true)]
+    reach: f32,
+    /// Buffers to save as pictures beside the output
+    #[arg(long, value_delimiter = ',', value_name = "a,b,c")]
+    dump: Vec<String>,
+    /// Exposure of .png in stops
+    #[arg(long, default_value_t = 0.0, value_name = "E", allow_hyphen_values = true)]
+    exposure: f32,
+    /// Picture to measure the error against, such as the reference's; .exr of the same size
+    #[arg(long, value_name = "REFERENCE.exr")]
+    against: Option<PathBuf>,
+    /// Count non-finite values in every buffer; any is a failure
+    #[arg(long)]
+    check_finite: bool,
+    /// Print nothing but errors
+    #[arg(long)]
+    quiet: bool,
+    /// Print the tables as one JSON object
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    filter: VisibilityFilterOptions,
+}
+
+#[derive(Clone, Copy, ValueEnum, PartialEq, Eq, Debug)]
+enum Technique {
+    /// What the scene calls for
+    Auto,
+    /// Light straight from its sources
+    Direct,
+    /// Path tracing
+    Reference,
+    /// Openness to the surroundings
+    AmbientOcclusion,
+    /// Point proxies in voxels, with filtered visibility: direct light and one bounce
+    VisibilityFilter,
+}
+
+#[derive(Clone, Copy, ValueEnum, PartialEq, Eq)]
+enum Machine {
+    Cpu,
+    Gpu,
+    /// A GPU where there is a real one, else the CPU
+    Auto,
+}
+
+#[derive(Clone, Copy, ValueEnum, PartialEq, Eq, Debug)]
+enum Only {
+    Indirect,
+    Direct,
+    All,
+}
+
+fn parse_bounces(text: &str) -> Result<Bounces, String> {
+    match text {
+        "all" => Ok(Bounces::All),
+        _ => match text.parse() {
+            Ok(n) if n <= 4096 => Ok(Bounces::Count(n)),
+            _ => Err("expected a number from 0 to 4096, or all".into()),
+        },
+    }
+}
+
+/// What a technique made, ready to be written.
+struct Outcome {
+    picture: Picture,
+    report: String,
+    json: serde_json::Value,
+    dumps: Vec<(String, Picture)>,
+    interrupted: bool,
+}
+
+pub(crate) fn run(a: &RenderArguments) -> Result<(), Failure> {
+    if !a.exposure.is_finite() || a.exposure.abs() > 100.0 {
+        return Err(Failure::Request("--exposure: give stops from -100 to 100".into()));
+    }
+    if !(a.falloff >= 0.0 && a.falloff <= 1.0e18 && a.reach > 0.0 && a.reach <= 1.0e30) {
+        return Err(Failure::Request(
+            "--falloff must be from 0 to 1e18, --reach from above 0 to 1e30".into(),
+        ));
+    }
+    if a.technique != Technique::Auto {
+        check_request(a, a.technique)?;
+    }
+    let (scene, view) = a.scene.open()?;
+    let technique = if a.technique == Technique::Auto { choose(a, &scene) } else { a.technique };
+    check_request(a, technique)?;
+    let output = a.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
+    for path in std::iter::once(output.clone()).chain(a.dump.iter().map(|name| dump_path(&output, name))) {
+        check_output(&path)?;
+    }
+    if !a.quiet {
+        for warning in &scene.warnings {
+            eprintln!("note: {warning}");
+        }
+        if a.technique == Technique::Auto {
+            let why = if technique == Technique::Direct {
+                "no point, spot or sun light for point proxies to pass on"
+            } else {
+                "direct light and one bounce"
+            };
+            eprintln!("note: auto chose {}: {why}", name(technique));
+        }
+    }
+    let reference = a.against.as_deref().map(|path| open_reference(path, &view)).transpose()?;
+    let cpu = a.backend.cpu()?;
+    let tree = cpu.install(|| build_tree(&scene))?;
+    let mut outcome = match technique {
+        Technique::Reference => cpu.install(|| path_traced::run(a, &scene, &tree, &view)),
+        _ => passes::run(a, technique, cpu, &scene, &tree, &view),
+    }?;
+    if let Some(reference) = reference {
+        note_error(&mut outcome, &reference);
+    }
+    let written = write(a, &output, &outcome)?;
+    report(a, &outcome, &written)?;
+    if outcome.interrupted {
+        return Err(Failure::Work(format!("interrupted; {} holds what was done", output.display())));
+    }
+    Ok(())
+}
+
+/// What the scene calls for, as far as one look tells: indirect light where there are lights that proxies can pass on.
+fn choose(a: &RenderArguments, scene: &Scene) -> Technique {
+    if scene.lights.is_empty() || a.only == Only::Direct {
+        Technique::Direct
+    } else {
+        Technique::VisibilityFilter
+    }
+}
+
+/// The technique's name as an option.
+fn name(technique: Technique) -> String {
+    technique.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned())
+}
+
+/// Refuses what the technique cannot do, before any work.
+fn check_request(a: &RenderArguments, technique: Technique) -> Result<(), Failure> {
+    if technique == Technique::Direct && a.only == Only::Indirect {
+        return Err(Failure::Request(
+            "--technique direct has no indirect light; try --technique reference".into(),
+        ));
+    }
+    if technique == Technique::AmbientOcclusion && a.only != Only::All {
+        return Err(Failure::Request(
+            "--only: ambient occlusion is not light; leave it out or choose another technique".into(),
+        ));
+    }
+    if technique == Technique::Reference && a.machine == Machine::Gpu {
+        return Err(Failure::Request(
+            "--technique reference runs on the CPU; leave out --backend gpu".into(),
+        ));
+    }
+    if technique == Technique::VisibilityFilter {
+        a.filter
+            .settings()?
+            .check(a.scene.size.0, a.scene.size.1)
+            .map_err(|e| Failure::Request(e.to_string()))?;
+    } else if a.filter != VisibilityFilterOptions::default() {
+        return Err(Failure::Request(format!(
+            "the options of the visibility filter do nothing for --technique {}; leave them out",
+            name(technique)
+        )));
+    }
+    let known: &[&str] = match technique {
+        Technique::Reference => &["direct", "indirect"],
+        Technique::AmbientOcclusion => &ambient_occlusion::DUMPS,
+        Technique::VisibilityFilter => &visibility_filter::DUMPS,
+        _ => &direct::DUMPS,
+    };
+    for name in &a.dump {
+        if !known.contains(&name.as_str()) {
+            return Err(Failure::Request(format!("--dump {name}: this technique has {}", known.join(", "))));
+        }
+    }
+    Ok(())
+}

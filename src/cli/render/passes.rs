@@ -1,0 +1,128 @@
+//! `twinlight render` by a technique of passes, on either backend.
+
+use super::{Machine, Only, Outcome, RenderArguments, Technique};
+use crate::backend::{Backend, Cpu};
+use crate::cli::options::ArithmeticChoice;
+use crate::cli::{Failure, table};
+use crate::scene::{Scene, bvh::Bvh};
+use crate::technique::visibility_filter::{Counts, VisibilityFilter};
+use crate::technique::{Job, LightPart, Rendered, View, World, ambient_occlusion, direct, visibility_filter};
+use serde_json::json;
+
+pub(super) fn run(
+    a: &RenderArguments,
+    technique: Technique,
+    mut cpu: Cpu,
+    scene: &Scene,
+    tree: &Bvh,
+    view: &View,
+) -> Result<Outcome, Failure> {
+    let gpu = match a.machine {
+        Machine::Cpu => false,
+        Machine::Gpu => true,
+        Machine::Auto => {
+            use twinlight_gpu::wgpu::DeviceType;
+            twinlight_gpu::adapters().iter().any(|x| {
+                matches!(x.get_info().device_type, DeviceType::DiscreteGpu | DeviceType::IntegratedGpu)
+            })
+        }
+    };
+    if gpu {
+        let mut gpu = a.backend.gpu(ArithmeticChoice::Fast)?;
+        let name = format!("gpu, {}, {:?}", twinlight_gpu::describe(gpu.adapter()), gpu.variant());
+        draw(a, technique, &mut gpu, scene, tree, view, &name)
+    } else {
+        let name = format!("cpu, {} threads", cpu.threads());
+        draw(a, technique, &mut cpu, scene, tree, view, &name)
+    }
+}
+
+fn draw<B: Backend>(
+    a: &RenderArguments,
+    technique: Technique,
+    backend: &mut B,
+    scene: &Scene,
+    tree: &Bvh,
+    view: &View,
+    machine: &str,
+) -> Result<Outcome, Failure> {
+    let world = World::upload(backend, scene, tree, a.scene.emissive)?;
+    let job = Job {
+        rays: a.samples,
+        seed: a.seed,
+        falloff: a.falloff,
+        reach: a.reach,
+        light: match a.only {
+            Only::All => LightPart::All,
+            Only::Direct => LightPart::Direct,
+            Only::Indirect => LightPart::Indirect,
+        },
+        dumps: a.dump.clone(),
+        check_finite: a.check_finite,
+    };
+    let rendered: Rendered;
+    let mut counts = None;
+    match technique {
+        Technique::AmbientOcclusion => rendered = ambient_occlusion::render(backend, &world, view, &job)?,
+        Technique::VisibilityFilter => {
+            let settings: VisibilityFilter = a.filter.settings()?;
+            let (picture, counted) = visibility_filter::render(backend, &world, view, &job, &settings)?;
+            (rendered, counts) = (picture, Some(counted));
+        }
+        _ => rendered = direct::render(backend, &world, view, &job)?,
+    }
+    refuse_non_finite(&rendered)?;
+    let mean = rendered.picture.mean();
+    let mut text = format!("{technique:?} on {machine}\n{}", table::passes_text(&rendered.timings));
+    text += &counts.map_or_else(String::new, |c| counts_text(&c));
+    text += &format!("mean {:.5} {:.5} {:.5}\n", mean.x, mean.y, mean.z);
+    if a.check_finite {
+        text += &format!("non-finite values: 0 in {} buffers\n", rendered.non_finite.len());
+    }
+    let json = json!({
+        "technique": format!("{technique:?}"),
+        "machine": machine,
+        "passes": table::passes_json(&rendered.timings),
+        "stages": table::stages_json(&rendered.timings),
+        "counts": counts.map(|c| counts_json(&c)),
+        "mean": mean.to_array(),
+    });
+    Ok(Outcome {
+        picture: rendered.picture,
+        report: text,
+        json,
+        dumps: rendered.dumps.into_iter().collect(),
+        interrupted: false,
+    })
+}
+
+/// Fails if some buffer was found not to be finite.
+fn refuse_non_finite(rendered: &Rendered) -> Result<(), Failure> {
+    let bad: Vec<String> = rendered
+        .non_finite
+        .iter()
+        .filter(|n| n.count > 0)
+        .map(|n| format!("{} in {}", n.count, n.buffer))
+        .collect();
+    if bad.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::Work(format!("non-finite values: {}; please report the scene", bad.join(", "))))
+}
+
+fn counts_text(c: &Counts) -> String {
+    let mut text =
+        format!("{} proxies, {} in overlapped cells, lists of {} voxels\n", c.proxies, c.pairs, c.capacity);
+    if c.full_lists > 0 {
+        text += &format!(
+            "{} lists had no room for {} voxels in all: raise --list-capacity or lower --grid\n",
+            c.full_lists, c.dropped
+        );
+    }
+    text
+}
+
+fn counts_json(c: &Counts) -> serde_json::Value {
+    json!({ "proxies": c.proxies, "pairs": c.pairs, "list_capacity": c.capacity,
+        "full_lists": c.full_lists, "dropped_voxels": c.dropped })
+}
