@@ -25,21 +25,20 @@ struct Gathered<B: Backend> {
     specular: Option<B::Buffer<Vec4>>,
 }
 
-/// Renders a picture of the lit proxies.
+/// Renders a picture: direct light unless only indirect is asked for, and the light of the lit proxies if there are any.
 pub fn render<B: Backend>(
     backend: &mut B,
     world: &World<B>,
-    p: &Proxies<B>,
-    lit: &Lit<B>,
+    lit_proxies: Option<(&Proxies<B>, &Lit<B>)>,
     view: &View,
     job: &Job,
     settings: &VisibilityFilter,
     seen: &mut Inspection<'_>,
 ) -> Result<(Picture, Counts), BackendError> {
     let mut picture = Picture::new(view.width, view.height);
-    let mut counts = Counts { proxies: p.count(), pairs: p.cells.pairs, ..Default::default() };
+    let mut counts = Counts::default();
     let mut gathered = None;
-    if job.light != LightPart::Direct {
+    if let Some((p, lit)) = lit_proxies {
         let lists = Lists::make(backend, world, p, view, job, settings, seen)?;
         gathered = Some(gather(backend, world, p, lit, &lists, view, settings, seen)?);
         counts = lists.count(backend, p)?;
@@ -63,7 +62,9 @@ pub fn render<B: Backend>(
             sum = add_indirect(backend, view, &g, gathered, sum)?;
             seen.check(backend, "radiance", &sum)?;
         }
-        dump_voxels(backend, p, lit, &g, seen)?;
+        if let Some((p, lit)) = lit_proxies {
+            dump_voxels(backend, p, lit, &g, seen)?;
+        }
         let values = backend.download(&sum)?;
         for (pixel, value) in picture.pixels[band.start as usize..].iter_mut().zip(values) {
             *pixel = value.truncate();

@@ -15,7 +15,7 @@ pub use settings::{
     Anchor, Clamp, Gather, MAX_PIXELS, MAX_PROXIES, MAX_RAYS, MAX_VOXELS, Visibility, VisibilityFilter,
 };
 
-use super::{Inspection, Job, Rendered, View, World};
+use super::{Inspection, Job, LightPart, Rendered, View, World};
 use crate::backend::{Backend, BackendError};
 
 /// Buffers that [`Job::dumps`] may name.
@@ -63,11 +63,16 @@ pub fn render<B: Backend>(
 ) -> Result<(Rendered, Counts), BackendError> {
     settings.check(view.width, view.height)?;
     let mut seen = Inspection::new(job, view.width, view.height);
-    backend.set_stage("voxelisation");
-    let proxies = Proxies::build(backend, world, settings, job.seed)?;
-    backend.set_stage("lighting");
-    let lit = Lit::light(backend, world, &proxies, settings, job, &mut seen)?;
-    let (picture, counts) = frame::render(backend, world, &proxies, &lit, view, job, settings, &mut seen)?;
+    let mut lit_proxies = None;
+    if job.light != LightPart::Direct {
+        backend.set_stage("voxelisation");
+        let proxies = Proxies::build(backend, world, settings, job.seed)?;
+        backend.set_stage("lighting");
+        let lit = Lit::light(backend, world, &proxies, settings, job, &mut seen)?;
+        lit_proxies = Some((proxies, lit));
+    }
+    let lit_proxies = lit_proxies.as_ref().map(|(proxies, lit)| (proxies, lit));
+    let (picture, counts) = frame::render(backend, world, lit_proxies, view, job, settings, &mut seen)?;
     let timings = backend.take_timings()?;
     backend.set_stage("");
     Ok((seen.finish(picture, timings), counts))

@@ -68,6 +68,7 @@ pub struct ProxyHit {
 
 /// What a ray through the grid starts from, and what it wants to know.
 #[derive(Clone, Copy)]
+#[cfg_attr(not(target_arch = "spirv"), derive(Debug))]
 pub struct ProxyRay {
     /// Start in metres.
     pub origin: Vec3,

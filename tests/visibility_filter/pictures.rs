@@ -1,0 +1,191 @@
+//! Does the light agree with the path tracer's, better with higher knobs, and bit for bit between machines?
+
+use crate::support::*;
+use crate::{indirect, indirect_job, render_on};
+use glam::Vec3;
+use twinlight::backend::{Backend, Cpu};
+use twinlight::picture::Picture;
+use twinlight::report::error::{PictureError, picture_error};
+use twinlight::scene::{BUILT_IN, Scene, light};
+use twinlight::technique::reference::Bounces;
+use twinlight::technique::visibility_filter::{Gather, Visibility, VisibilityFilter};
+use twinlight::technique::{Job, LightPart, View};
+
+const SIDE: u32 = 64;
+
+/// Settings whose pixels are all those of the picture.
+fn full(rays: u32) -> VisibilityFilter {
+    let size = Some((SIDE, SIDE));
+    VisibilityFilter {
+        marching: size,
+        illumination: size,
+        rays,
+        proxies: 30_000,
+        filter: (1, 1),
+        ..Default::default()
+    }
+}
+
+fn reference(s: &Scene, view: &View, samples: u32) -> Picture {
+    trace(s, view, &settings(Bounces::Count(1), samples)).indirect
+}
+
+fn error(s: &Scene, view: &View, settings: &VisibilityFilter, right: &Picture) -> PictureError {
+    let e = picture_error(&indirect(s, view, settings), right).unwrap();
+    println!(
+        "{}: {} proxies, {} rays, {:?}, {:?}: {:.1} %, mean ratio {:.4}",
+        s.name,
+        settings.proxies,
+        settings.rays,
+        settings.marching_size(SIDE, SIDE),
+        settings.gather,
+        100.0 * e.relative_rmse,
+        e.mean_ratio
+    );
+    e
+}
+
+#[test]
+fn the_cornell_box_is_as_bright_as_it_should_be_and_better_with_higher_knobs() {
+    let s = Scene::open("cornell-box").unwrap();
+    let view = view(&s.view(), SIDE, SIDE);
+    let right = reference(&s, &view, 4096);
+    let high = error(&s, &view, &full(256), &right);
+    assert!((high.mean_ratio - 1.0).abs() < 0.03 && high.relative_rmse < 0.15, "{high:?}");
+    let fewer_rays = error(&s, &view, &full(8), &right);
+    assert!(fewer_rays.relative_rmse > 1.2 * high.relative_rmse, "{fewer_rays:?}");
+    let fewer_proxies = error(&s, &view, &VisibilityFilter { proxies: 500, ..full(256) }, &right);
+    assert!(fewer_proxies.relative_rmse > 1.1 * high.relative_rmse, "{fewer_proxies:?}");
+    let coarser = error(&s, &view, &VisibilityFilter { marching: Some((12, 12)), ..full(256) }, &right);
+    assert!(coarser.relative_rmse > 1.2 * high.relative_rmse, "{coarser:?}");
+    // The rays alone, and triangles instead of discs, are as bright.
+    for settings in [
+        VisibilityFilter { trust: 0.0, ..full(256) },
+        VisibilityFilter { visibility: Visibility::Triangles, ..full(256) },
+    ] {
+        let e = error(&s, &view, &settings, &right);
+        assert!((e.mean_ratio - 1.0).abs() < 0.03 && e.relative_rmse < 0.15, "{e:?}");
+    }
+    // The paper's sum: less noise, but too bright behind the blocks.
+    let sum = error(&s, &view, &VisibilityFilter { gather: Gather::Sum, grid: [6; 3], ..full(256) }, &right);
+    assert!(sum.mean_ratio > 1.03, "negative control: the sum is not too bright: {sum:?}");
+}
+
+/// A room with a glossy floor of Phong exponent `exponent` and a lit block.
+fn glossy(exponent: f32) -> Scene {
+    let mut s = Scene::open("cornell-box").unwrap();
+    for m in &mut s.materials[4..5] {
+        m.metallic = 0.5;
+        m.roughness = (2.0 / (exponent + 2.0)).powf(0.25);
+    }
+    s
+}
+
+#[test]
+fn glossy_floors_reflect_as_they_should() {
+    for exponent in [10.0, 50.0] {
+        let s = glossy(exponent);
+        let view = view(&s.view(), SIDE, SIDE);
+        let right = reference(&s, &view, 4096);
+        let settings = VisibilityFilter { lobe_rays: 32, ..full(128) };
+        let e = error(&s, &view, &settings, &right);
+        let without = error(&s, &view, &VisibilityFilter { lobe_rays: 0, ..settings.clone() }, &right);
+        // Light that the floor's gloss throws onto walls is not carried by diffuse proxies: a few per cent are missing.
+        assert!((e.mean_ratio - 1.0).abs() < 0.08 && e.relative_rmse < 0.25, "Ns {exponent}: {e:?}");
+        assert!(without.relative_rmse > 1.5 * e.relative_rmse, "negative control: {without:?}");
+        let weighed = VisibilityFilter { specular_deviation: 0.2, ..settings };
+        let e = error(&s, &view, &weighed, &right);
+        assert!((e.mean_ratio - 1.0).abs() < 0.08 && e.relative_rmse < 0.25, "Ns {exponent}, eq. 7: {e:?}");
+    }
+}
+
+fn exr(picture: &Picture) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    picture.save(&path, 0.0).unwrap();
+    std::fs::read(path).unwrap()
+}
+
+/// Small settings that use every part.
+fn small() -> VisibilityFilter {
+    VisibilityFilter { proxies: 8_000, grid: [9, 7, 8], rays: 12, lobe_rays: 6, ..Default::default() }
+}
+
+#[test]
+fn any_number_of_threads_and_the_strict_gpu_write_the_same_file() {
+    let mut gpu = strict_gpu();
+    for name in BUILT_IN {
+        let mut s = Scene::open(name).unwrap();
+        s.lights.push(light::spot(v(0.0, 1.5, 0.9), v(0.3, -1.0, -0.6), Vec3::ONE, 0.3, 0.7));
+        let view = view(&s.view(), 72, 56);
+        for settings in [
+            small(),
+            VisibilityFilter { gather: Gather::Sum, light_map: 64, capacity: Some(20), ..small() },
+            VisibilityFilter { visibility: Visibility::Triangles, ..small() },
+        ] {
+            let job = Job { rays: 4, ..Job::default() };
+            let on = |threads| {
+                render_on(&mut Cpu::new(Some(threads)).unwrap(), &s, &view, &job, &settings).0.picture
+            };
+            let one = on(1);
+            assert!(one.mean().min_element() > 0.0);
+            for threads in [2, 7] {
+                assert!(exr(&one) == exr(&on(threads)), "{name}, {threads} threads");
+            }
+            if let Some(gpu) = &mut gpu {
+                let got = render_on(gpu, &s, &view, &job, &settings).0.picture;
+                let (worst, at) = difference(&got, &one);
+                assert!(exr(&got) == exr(&one), "{name}: off by {worst:e} at pixel {at}");
+            }
+        }
+    }
+}
+
+#[test]
+fn sponza_is_the_same_file_on_the_strict_gpu() {
+    let Some(mut gpu) = strict_gpu() else { return };
+    for (file, light) in [
+        ("sponza.glb", light::sun(v(0.25, -1.0, 0.15).normalize(), v(12.0, 11.0, 9.5))),
+        ("cornell-glossy.glb", light::point(v(0.0, 1.4, 0.0), Vec3::splat(1.5))),
+    ] {
+        let Some(path) = scene_file(file) else { continue };
+        let mut s = Scene::open(path.to_str().unwrap()).unwrap();
+        s.lights = vec![light];
+        let view = if file.starts_with("sponza") {
+            view(&camera(v(-11.0, 1.7, -0.5), v(8.0, 4.5, 0.0), 60.0), 96, 72)
+        } else {
+            view(&camera(v(0.0, 0.8, 3.2), v(0.0, 0.8, 0.0), 36.0), 96, 72)
+        };
+        let settings = VisibilityFilter { proxies: 40_000, grid: [20; 3], ..small() };
+        let (rendered, _) = render_on(&mut Cpu::new(None).unwrap(), &s, &view, &Job::default(), &settings);
+        let got = render_on(&mut gpu, &s, &view, &Job::default(), &settings).0.picture;
+        let (worst, at) = difference(&got, &rendered.picture);
+        assert!(exr(&got) == exr(&rendered.picture), "{file}: off by {worst:e} at pixel {at}");
+    }
+}
+
+fn passes<B: Backend>(backend: &mut B, s: &Scene, job: &Job) -> Vec<(&'static str, &'static str)> {
+    let view = view(&s.view(), 32, 32);
+    let rendered = render_on(backend, s, &view, job, &small()).0;
+    rendered.timings.iter().map(|t| (t.stage, t.pass)).collect()
+}
+
+#[test]
+fn only_what_the_scene_and_the_request_call_for_runs() {
+    let (plain, glossy) = (Scene::open("cornell-box").unwrap(), glossy(20.0));
+    let mut cpu = Cpu::new(Some(1)).unwrap();
+    let all = passes(&mut cpu, &glossy, &Job::default());
+    for stage in ["voxelisation", "lighting", "marching", "filter", "illumination", "direct", "upsampling"] {
+        assert!(all.iter().any(|p| p.0 == stage), "{stage} is not in {all:?}");
+    }
+    let specular = ["resolve_gloss", "lobe_coverage", "gather_specular", "add_specular_reflection"];
+    let without = passes(&mut cpu, &plain, &Job::default());
+    for pass in specular {
+        assert!(all.iter().any(|p| p.1 == pass), "{pass} did not run");
+        assert!(without.iter().all(|p| p.1 != pass), "{pass} ran without gloss");
+    }
+    let direct = passes(&mut cpu, &plain, &Job { light: LightPart::Direct, ..Job::default() });
+    assert!(direct.iter().all(|p| p.0 == "direct"), "{direct:?}");
+    let indirect = passes(&mut cpu, &plain, &indirect_job());
+    assert!(indirect.iter().all(|p| p.0 == "lighting" || p.1 != "light_visibility"), "{indirect:?}");
+}
