@@ -45,7 +45,7 @@ fn odd_scenes() {
     lonely.materials.push(grey(0.5));
     lonely.triangles.push(Scene::open("cornell-box").unwrap().triangles[0]);
     lonely.triangles[0].material = 0;
-    lonely.lights = vec![light::point(v(0.0, 0.0, 0.0), Vec3::ONE)];
+    lonely.lights = vec![light::point(v(0.0, 1.0, 0.0), Vec3::ONE)];
     let mut holes = scene();
     square(&mut holes, 0.0, 1.0, true, masked(0.1));
     holes.lights = lonely.lights.clone();
@@ -127,6 +127,11 @@ fn a_sealed_room_is_dark() {
     let mut lit = scene();
     square(&mut lit, -3.0, 6.0, true, grey(0.8));
     square(&mut lit, 0.0, 0.5, true, grey(0.8));
+    quad(
+        &mut lit,
+        [v(-4.0, -3.0, 5.0), v(-4.0, -3.0, -5.0), v(-4.0, 5.0, -5.0), v(-4.0, 5.0, 5.0)],
+        grey(0.8),
+    );
     lit.lights = vec![light::point(v(3.0, 2.0, 0.0), Vec3::splat(20.0))];
     let mut sealed = lit.clone();
     room(&mut sealed, v(1.0, 1.0, 1.0), 0.3, grey(0.8));

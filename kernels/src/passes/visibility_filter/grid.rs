@@ -5,7 +5,7 @@
 //! beyond it.
 
 use super::proxy::{Proxy, owner};
-use crate::math::{div, dot, max, sqrt};
+use crate::math::{abs, div, dot, max, sqrt};
 use crate::sampling::voxel_hash::{encode, voxel_of};
 use crate::sh::{CLAMPED_COSINE, rotate_zonal};
 use glam::{UVec3, UVec4, Vec3, Vec4};
@@ -37,22 +37,31 @@ gpu_struct! {
         /// Centroid of the lit proxies by emitted power, of all by area where none is lit; w is the radius of a
         /// sphere around it that holds all their centres.
         pub centroid: Vec4,
-        /// Radiant intensity of the fronts' red light in spherical harmonics l ≤ 1, W/sr.
-        pub front_red: Vec4,
-        /// The same for green light.
-        pub front_green: Vec4,
-        /// The same for blue light.
-        pub front_blue: Vec4,
-        /// Projected area of the fronts, m²: their intensity if each had radiance 1.
-        pub front_area: Vec4,
-        /// Radiant intensity of the backs' red light.
-        pub back_red: Vec4,
-        /// The same for green light.
-        pub back_green: Vec4,
-        /// The same for blue light.
-        pub back_blue: Vec4,
-        /// Projected area of the backs.
-        pub back_area: Vec4,
+        /// Projected area of the sides that face +x most, m²: their intensity in spherical harmonics l ≤ 1 if each had
+        /// radiance 1.
+        pub right_area: Vec4,
+        /// Their mean radiance; w is 0.
+        pub right_light: Vec4,
+        /// Projected area of the sides that face −x most.
+        pub left_area: Vec4,
+        /// Their mean radiance.
+        pub left_light: Vec4,
+        /// Projected area of the sides that face +y most.
+        pub up_area: Vec4,
+        /// Their mean radiance.
+        pub up_light: Vec4,
+        /// Projected area of the sides that face −y most.
+        pub down_area: Vec4,
+        /// Their mean radiance.
+        pub down_light: Vec4,
+        /// Projected area of the sides that face +z most.
+        pub near_area: Vec4,
+        /// Their mean radiance.
+        pub near_light: Vec4,
+        /// Projected area of the sides that face −z most.
+        pub far_area: Vec4,
+        /// Their mean radiance.
+        pub far_light: Vec4,
         /// First proxy.
         pub begin: u32,
         /// One behind the last proxy.
@@ -152,33 +161,50 @@ pub fn dark_sides(index: u32, params: &GridParams, openness: &[f32]) -> Vec4 {
     Vec4::new(0.0, 0.0, 0.0, openness[index as usize])
 }
 
-/// Sums over one side of a voxel's proxies.
-struct Side {
-    red: Vec4,
-    green: Vec4,
-    blue: Vec4,
-    area: Vec4,
+/// Sums over the sides of a voxel's proxies, by the axis that they face most.
+struct Groups {
+    area: [Vec4; 6],
+    light: [Vec4; 6],
 }
 
-impl Side {
-    const DARK: Self = Self { red: Vec4::ZERO, green: Vec4::ZERO, blue: Vec4::ZERO, area: Vec4::ZERO };
-
-    /// Adds a Lambert emitter of this projected area, its lobe being `lobe`.
+impl Groups {
+    /// Adds a Lambert emitter of this area and normal.
     #[inline]
-    fn add(&mut self, lobe: Vec4, radiance: Vec3, area: f32) {
-        let projected = lobe * area;
-        self.red += projected * radiance.x;
-        self.green += projected * radiance.y;
-        self.blue += projected * radiance.z;
-        self.area += projected;
+    fn add(&mut self, normal: Vec3, radiance: Vec3, area: f32) {
+        let group = facing(normal);
+        self.area[group] += Vec4::from_array(rotate_zonal::<2, 4>(&LAMBERT, normal)) * area;
+        self.light[group] += (radiance * area).extend(area);
+    }
+
+    /// The mean radiance of a group, 0 for an empty one.
+    #[inline]
+    fn mean(&self, group: usize) -> Vec4 {
+        let sum = self.light[group];
+        if sum.w > 0.0 { weighted_mean(sum.truncate(), sum.w).extend(0.0) } else { Vec4::ZERO }
+    }
+}
+
+/// Which of +x, −x, +y, −y, +z, −z a normal faces most.
+#[inline]
+fn facing(n: Vec3) -> usize {
+    let (x, y, z) = (abs(n.x), abs(n.y), abs(n.z));
+    if x >= y && x >= z {
+        if n.x >= 0.0 { 0 } else { 1 }
+    } else if y >= z {
+        if n.y >= 0.0 { 2 } else { 3 }
+    } else if n.z >= 0.0 {
+        4
+    } else {
+        5
     }
 }
 
 /// Returns what voxel `index` sends out: the sum over its proxies, VF eqs. 2 and 3.
 ///
 /// `starts` are the [`cell_starts`] of the proxies, `radiance` is that of each proxy's front and back with the side's
-/// openness in w. A proxy of area A is a Lambert emitter: intensity A·L·max(0, n·ω) on either side. Summed in the
-/// order of the proxies, so neither threads nor a fixed-point scale show.
+/// openness in w. A proxy of area A is a Lambert emitter: intensity A·L·max(0, n·ω) on either side. Sides are summed in six
+/// groups by the axis that they face: two bands cannot tell the walls of a corner apart, and the lit outside of a dark
+/// room would shine into it. Summed in the order of the proxies, so neither threads nor a fixed-point scale show.
 #[inline]
 pub fn sum_voxels(
     index: u32,
@@ -189,7 +215,7 @@ pub fn sum_voxels(
 ) -> Voxel {
     let begin = starts[index as usize];
     let end = starts[(index + 1) as usize];
-    let (mut fronts, mut backs) = (Side::DARK, Side::DARK);
+    let mut groups = Groups { area: [Vec4::ZERO; 6], light: [Vec4::ZERO; 6] };
     let (mut by_power, mut power) = (Vec3::ZERO, 0.0);
     let (mut by_area, mut area) = (Vec3::ZERO, 0.0);
     let mut lit = 0;
@@ -199,10 +225,8 @@ pub fn sum_voxels(
         let (front, back) = (radiance[(2 * i) as usize], radiance[(2 * i + 1) as usize]);
         let weighted = params.weighted != 0;
         let (front_area, back_area) = if weighted { (own * front.w, own * back.w) } else { (own, own) };
-        // The lobe of the other side has the opposite band 1.
-        let lobe = Vec4::from_array(rotate_zonal::<2, 4>(&LAMBERT, normal));
-        fronts.add(lobe, front.truncate(), front_area);
-        backs.add(Vec4::new(lobe.x, -lobe.y, -lobe.z, -lobe.w), back.truncate(), back_area);
+        groups.add(normal, front.truncate(), front_area);
+        groups.add(-normal, back.truncate(), back_area);
         by_area += position * own;
         area += own;
         let sum = front + back;
@@ -227,14 +251,18 @@ pub fn sum_voxels(
     }
     Voxel {
         centroid: centroid.extend(sqrt(squared)),
-        front_red: fronts.red,
-        front_green: fronts.green,
-        front_blue: fronts.blue,
-        front_area: fronts.area,
-        back_red: backs.red,
-        back_green: backs.green,
-        back_blue: backs.blue,
-        back_area: backs.area,
+        right_area: groups.area[0],
+        right_light: groups.mean(0),
+        left_area: groups.area[1],
+        left_light: groups.mean(1),
+        up_area: groups.area[2],
+        up_light: groups.mean(2),
+        down_area: groups.area[3],
+        down_light: groups.mean(3),
+        near_area: groups.area[4],
+        near_light: groups.mean(4),
+        far_area: groups.area[5],
+        far_light: groups.mean(5),
         begin,
         end,
         lit,

@@ -275,8 +275,9 @@ fn thinning(index: u32, params: &ListParams, surfaces: &[Surface], counted: &[u3
             size += 1;
         }
         if size > params.capacity {
-            // Aims at 15/16 of the capacity: the number that the hash keeps varies.
-            threshold = (0xFFFF_FFFF / size) * (params.capacity - params.capacity / 16);
+            // Aims below the capacity: the number that the hash keeps varies by its root.
+            let slack = params.capacity / 16 + lower(params.capacity / 4, 16);
+            threshold = (0xFFFF_FFFF / size) * (params.capacity - slack);
         }
     }
     threshold

@@ -59,6 +59,21 @@ pub(super) fn see_proxy(
     }
 }
 
+/// What of a voxel faces a point.
+struct Facing {
+    light: Vec3,
+    area: f32,
+}
+
+impl Facing {
+    #[inline]
+    fn add(&mut self, area: Vec4, light: Vec4, towards: Vec3) {
+        let projected = lambert_intensity(area, towards);
+        self.light += light.truncate() * projected;
+        self.area += projected;
+    }
+}
+
 /// All proxies of a voxel as seen from a distant point, by their sums in spherical harmonics.
 #[inline]
 pub(super) fn see_voxel(params: &GatherVoxelsParams, from: Vec3, v: &Voxel) -> Seen {
@@ -66,17 +81,18 @@ pub(super) fn see_voxel(params: &GatherVoxelsParams, from: Vec3, v: &Voxel) -> S
     let squared = dot(between, between);
     let inverse_distance = rsqrt(max(squared, MIN_POSITIVE));
     let direction = between * inverse_distance;
-    let towards = -direction;
-    let intensity = Vec3::new(
-        lambert_intensity(v.front_red, towards) + lambert_intensity(v.back_red, towards),
-        lambert_intensity(v.front_green, towards) + lambert_intensity(v.back_green, towards),
-        lambert_intensity(v.front_blue, towards) + lambert_intensity(v.back_blue, towards),
-    );
-    let area = lambert_intensity(v.front_area, towards) + lambert_intensity(v.back_area, towards);
+    let mut sum = Facing { light: Vec3::ZERO, area: 0.0 };
+    sum.add(v.right_area, v.right_light, -direction);
+    sum.add(v.left_area, v.left_light, -direction);
+    sum.add(v.up_area, v.up_light, -direction);
+    sum.add(v.down_area, v.down_light, -direction);
+    sum.add(v.near_area, v.near_light, -direction);
+    sum.add(v.far_area, v.far_light, -direction);
+    let area = sum.area;
     if !(area > MIN_POSITIVE) || !(v.mean_area > MIN_POSITIVE) {
         return Seen { direction, inverse_distance, size: 0.0, radiance: Vec3::ZERO, openness: 1.0 };
     }
-    let radiance = Vec3::new(div(intensity.x, area), div(intensity.y, area), div(intensity.z, area));
+    let radiance = Vec3::new(div(sum.light.x, area), div(sum.light.y, area), div(sum.light.z, area));
     // As many proxies of mean area as make up the projected area.
     let size = solid_share(params, squared, v.mean_area) * div(area, v.mean_area);
     Seen { direction, inverse_distance, size, radiance, openness: 1.0 }
