@@ -22,7 +22,7 @@ enum Command {
     /// Render one picture
     Render(Box<render::RenderArguments>),
     /// Run both backends and compare them pass by pass
-    Compare(compare::CompareArguments),
+    Compare(Box<compare::CompareArguments>),
     /// List the GPU adapters, their limits, and whether they can run strict arithmetic
     Devices(devices::DevicesArguments),
 }

@@ -76,9 +76,8 @@ fn exr_is_linear_and_png_is_its_srgb_after_exposure() {
 #[test]
 fn json_is_one_object_and_quiet_is_silent() {
     let folder = tempfile::tempdir().unwrap();
-    let json =
-        succeed(folder.path(), &with(&["--json", "-o", "a.png", "--dump", "albedo,normal,visibility"]))
-            .json();
+    let direct = ["--technique", "direct", "--json", "-o", "a.png", "--dump", "albedo,normal,visibility"];
+    let json = succeed(folder.path(), &with(&direct)).json();
     assert_eq!(json["technique"], "Direct");
     assert_eq!(json["files"].as_array().unwrap().len(), 4);
     let passes: Vec<_> =
@@ -103,7 +102,7 @@ fn json_is_one_object_and_quiet_is_silent() {
     let json = succeed(folder.path(), &with(&occlusion)).json();
     assert!(json["passes"].to_string().contains("ambient_openness"), "{json}");
 
-    for technique in ["direct", "reference", "ambient-occlusion", "auto"] {
+    for technique in ["direct", "reference", "ambient-occlusion", "visibility-filter", "auto"] {
         let ran = succeed(folder.path(), &with(&["--quiet", "--samples", "4", "--technique", technique]));
         assert_eq!((ran.out.as_str(), ran.err.as_str()), ("", ""), "{technique}");
     }
@@ -126,7 +125,8 @@ fn parts_of_the_light_add_up() {
 fn options_change_what_they_should() {
     let folder = tempfile::tempdir().unwrap();
     let mean = |more: &[&str]| {
-        let all = with(&[&["--json", "-o", "a.exr", "--samples", "4"], more].concat());
+        let technique: &[&str] = if more.contains(&"--technique") { &[] } else { &["--technique", "direct"] };
+        let all = with(&[&["--json", "-o", "a.exr", "--samples", "4"], technique, more].concat());
         let json = succeed(folder.path(), &all).json();
         [0, 1, 2].map(|i| json["mean"][i].as_f64().unwrap() as f32)
     };
@@ -150,6 +150,65 @@ fn options_change_what_they_should() {
     let far = mean(&["--technique", "ambient-occlusion", "--reach", "0.1"]);
     assert!(far[0] > occlusion("1")[0]);
     succeed(folder.path(), &with(&["--check-finite"]));
+}
+
+#[test]
+fn the_visibility_filter_shows_its_stages_counts_and_error() {
+    let folder = tempfile::tempdir().unwrap();
+    fn filter<'a>(more: &[&'a str]) -> Vec<&'a str> {
+        with(&[&["--technique", "visibility-filter"], more].concat())
+    }
+    let ran = succeed(folder.path(), &filter(&["-o", "a.exr", "--only", "indirect"]));
+    for word in ["voxelisation", "  march_rays", "illumination", "proxies", "wrote a.exr"] {
+        assert!(ran.out.contains(word), "{word:?} is not in {}", ran.out);
+    }
+    let again = ["-o", "b.exr", "--only", "indirect", "--against", "a.exr", "--json"];
+    let json = succeed(folder.path(), &filter(&again)).json();
+    assert_eq!(
+        (json["relative_rmse"].as_f64(), json["mean_ratio"].as_f64()),
+        (Some(0.0), Some(1.0)),
+        "{json}"
+    );
+    let stages: Vec<&str> =
+        json["stages"].as_array().unwrap().iter().map(|s| s["stage"].as_str().unwrap()).collect();
+    assert_eq!(
+        stages,
+        ["voxelisation", "lighting", "marching", "filter", "illumination", "direct", "upsampling"]
+    );
+    assert!(
+        json["counts"]["proxies"].as_u64().unwrap() > 50_000 && json["counts"]["full_lists"] == 0,
+        "{json}"
+    );
+    let tight = ["-o", "b.exr", "--only", "indirect", "--against", "a.exr", "--list-capacity", "9"];
+    let ran = succeed(folder.path(), &filter(&tight));
+    assert!(ran.out.contains("had no room") && ran.out.contains("relative RMSE"), "{}", ran.out);
+    // A preset, changed by an option beside it.
+    let preset = ["--preset", "paper-cornell", "--grid", "5x4x3", "--dump", "proxies,voxels", "--json"];
+    let json = succeed(folder.path(), &filter(&[&preset[..], &["-o", "c.png"]].concat())).json();
+    let proxies = json["counts"]["proxies"].as_u64().unwrap();
+    assert!((23_000..25_000).contains(&proxies) && json["counts"]["list_capacity"].as_u64().unwrap() <= 60);
+    assert!(json["passes"].to_string().contains("trace_light_map"), "the paper's light map: {json}");
+    assert!(names(folder.path()).contains(&"c.proxies.png".to_owned()));
+    // All of the light is direct and indirect light.
+    let mean = |only: &str| {
+        let json = succeed(folder.path(), &filter(&["-o", "d.exr", "--only", only, "--json"])).json();
+        json["mean"][1].as_f64().unwrap()
+    };
+    let (all, direct, indirect) = (mean("all"), mean("direct"), mean("indirect"));
+    assert!((all - direct - indirect).abs() < 1e-5 * all && indirect > 0.1 * direct);
+}
+
+#[test]
+fn auto_passes_light_on_where_there_is_a_lamp() {
+    let folder = tempfile::tempdir().unwrap();
+    let ran = succeed(folder.path(), &SMALL);
+    assert!(
+        ran.err.contains("auto chose visibility-filter") && ran.out.contains("gather_diffuse"),
+        "{}",
+        ran.err
+    );
+    let ran = succeed(folder.path(), &["render", "spheres", "--size", "16x16", "--samples", "2"]);
+    assert!(ran.err.contains("auto chose direct"), "{}", ran.err);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! How does a picture come from lit proxies? VF §3.3.
 
 use super::lists::Lists;
-use super::{Clamp, Counts, Gather, Lit, Proxies, VisibilityFilter};
+use super::{Clamp, Gather, Lit, Proxies, VisibilityFilter};
 use crate::backend::{Backend, BackendError};
 use crate::picture::Picture;
 use crate::technique::gbuffer::{GBuffer, bands};
@@ -25,6 +25,14 @@ struct Gathered<B: Backend> {
     specular: Option<B::Buffer<Vec4>>,
 }
 
+/// A picture and the lists that it was gathered from.
+pub struct Frame<B: Backend> {
+    /// The picture.
+    pub picture: Picture,
+    /// Which voxels its coarse pixels saw; none without indirect light.
+    pub lists: Option<Lists<B>>,
+}
+
 /// Renders a picture: direct light unless only indirect is asked for, and the light of the lit proxies if there are any.
 pub fn render<B: Backend>(
     backend: &mut B,
@@ -34,14 +42,13 @@ pub fn render<B: Backend>(
     job: &Job,
     settings: &VisibilityFilter,
     seen: &mut Inspection<'_>,
-) -> Result<(Picture, Counts), BackendError> {
+) -> Result<Frame<B>, BackendError> {
     let mut picture = Picture::new(view.width, view.height);
-    let mut counts = Counts::default();
-    let mut gathered = None;
+    let (mut gathered, mut lists) = (None, None);
     if let Some((p, lit)) = lit_proxies {
-        let lists = Lists::make(backend, world, p, view, job, settings, seen)?;
-        gathered = Some(gather(backend, world, p, lit, &lists, view, settings, seen)?);
-        counts = lists.count(backend, p)?;
+        let made = Lists::make(backend, world, p, view, job, settings, seen)?;
+        gathered = Some(gather(backend, world, p, lit, &made, view, settings, seen)?);
+        lists = Some(made);
     }
     for band in bands(view) {
         backend.set_stage("direct");
@@ -70,7 +77,7 @@ pub fn render<B: Backend>(
             *pixel = value.truncate();
         }
     }
-    Ok((picture, counts))
+    Ok(Frame { picture, lists })
 }
 
 fn gather<B: Backend>(

@@ -136,7 +136,8 @@ impl<B: Backend> Lists<B> {
     }
 }
 
-/// Cells per metre of the places that choose directions: sixteen to a voxel's longest edge.
+/// Cells per metre of the places that choose directions: four voxels wide, since neighbours that share directions err
+/// alike and each border is a step.
 fn world_cells<B: Backend>(p: &Proxies<B>) -> f32 {
-    16.0 * p.grid.inverse_size.truncate().min_element()
+    0.25 * p.grid.inverse_size.truncate().min_element()
 }

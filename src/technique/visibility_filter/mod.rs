@@ -71,9 +71,14 @@ pub fn render<B: Backend>(
         let lit = Lit::light(backend, world, &proxies, settings, job, &mut seen)?;
         lit_proxies = Some((proxies, lit));
     }
-    let lit_proxies = lit_proxies.as_ref().map(|(proxies, lit)| (proxies, lit));
-    let (picture, counts) = frame::render(backend, world, lit_proxies, view, job, settings, &mut seen)?;
+    let borrowed = lit_proxies.as_ref().map(|(proxies, lit)| (proxies, lit));
+    let frame = frame::render(backend, world, borrowed, view, job, settings, &mut seen)?;
     let timings = backend.take_timings()?;
     backend.set_stage("");
+    let counts = match (&frame.lists, &lit_proxies) {
+        (Some(lists), Some((proxies, _))) => lists.count(backend, proxies)?,
+        _ => Counts::default(),
+    };
+    let picture = frame.picture;
     Ok((seen.finish(picture, timings), counts))
 }

@@ -97,7 +97,7 @@ impl Default for VisibilityFilter {
         Self {
             proxies: 60_000,
             overlap: 4.0,
-            grid: [12; 3],
+            grid: [8; 3],
             marching: None,
             illumination: None,
             rays: 64,
