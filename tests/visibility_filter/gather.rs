@@ -207,8 +207,7 @@ fn the_seam_at_r_is_small() {
 
 #[test]
 fn light_next_to_a_proxy_is_bounded_and_the_same_far_away() {
-    let proxy =
-        Proxy { position: Vec4::W * 0.1, normal: Vec3::Z.extend(0.031_415_93), ..Default::default() };
+    let proxy = Proxy { position: Vec4::W * 0.1, normal: Vec3::Z.extend(0.031_415_93), ..Default::default() };
     let radiance = [Vec4::ONE; 2];
     let light = |distance: f32, clamp: u32| {
         let voxel = passes::sum_voxels(0, &GridParams::default(), &[0, 1], &[proxy], &radiance);
