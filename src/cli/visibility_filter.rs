@@ -72,7 +72,7 @@ pub(crate) struct VisibilityFilterOptions {
     /// Standard deviation of 1 - N.N' in the geometric weight
     #[arg(long, value_name = "SIGMA", allow_hyphen_values = true)]
     normal_deviation: Option<f32>,
-    /// Width of the Gaussian in the specular weight, up to 0.5; 0 weighs by the surface's own lobe
+    /// Width of the Gaussian in the specular weight, 0.001 to 0.3; 0 weighs by the surface's own lobe
     #[arg(long, value_name = "SIGMA", allow_hyphen_values = true)]
     specular_deviation: Option<f32>,
 }

@@ -12,7 +12,6 @@ use twinlight_kernels::passes::visibility_filter::gather_voxels::{
     CLAMP_DISC, CLAMP_NONE, CLAMP_RADIUS, GATHER_SHARE,
 };
 use twinlight_kernels::sampling::attenuation::vpl_form_factor;
-use twinlight_kernels::sh;
 
 const SIDE: u32 = 24;
 
@@ -143,7 +142,7 @@ fn both_ways(proxies: &[Proxy], radiance: &[Vec4], receiver: Vec3, normal: Vec3,
             flags,
             ..Default::default()
         };
-        let list = [10, 1, 0, 1, 5];
+        let list = [10, 1, 0, 5, 1, 5];
         passes::gather_diffuse(0, &params, &[surface], &[header], &list, &[voxel], proxies, radiance).x
     };
     (gather(1e9), gather(0.0))
@@ -200,9 +199,7 @@ fn the_seam_at_r_is_small() {
     assert!(corner < 0.15 && share < 0.06 && worst < 0.6, "{corner} {share} {worst}");
     let (flat, _) = seam("flat", GATHER_SHARE);
     assert!(flat < 1e-4, "{flat}");
-    // Negative control: the series itself, not read as emitters, in front of a flat voxel.
-    let lobe: [f32; 4] = sh::rotate_zonal(&[sh::CLAMPED_COSINE[0], sh::CLAMPED_COSINE[1]], Vec3::Z);
-    assert!((sh::evaluate(&lobe, Vec3::Z) - 0.75).abs() < 1e-3, "the series is 25 % off");
+    assert!(corner > 2.0 * share, "negative control: two walls in one voxel do jump in the sum");
 }
 
 #[test]
@@ -233,7 +230,7 @@ fn light_next_to_a_proxy_is_bounded_and_the_same_far_away() {
             &params,
             &[surface],
             &[header],
-            &[1, 1, 0, 1, 1],
+            &[1, 1, 0, 1, 1, 1],
             &[voxel],
             &[proxy],
             &radiance,
@@ -278,8 +275,8 @@ fn without_a_neighbour_or_a_voxel_there_is_no_light() {
         let s = passes::gather_specular(0, &params, &[surface], &gloss, &[header], list, &[voxel], &[], &[]);
         (d, s)
     };
-    assert_eq!(run(unseen, &[5, 1, 0, 1, 5]), (Vec4::ZERO, Vec4::ZERO));
-    assert_eq!(run(seen, &[0, 0, 0, 0, 0]), (Vec4::ZERO, Vec4::ZERO));
+    assert_eq!(run(unseen, &[5, 1, 0, 5, 1, 5]), (Vec4::ZERO, Vec4::W));
+    assert_eq!(run(seen, &[0, 0, 0, 0, 0, 0]), (Vec4::ZERO, Vec4::W));
     // A voxel without proxies, as rays to triangles may find.
-    assert_eq!(run(seen, &[5, 1, 0, 1, 5]), (Vec4::W, Vec4::ZERO));
+    assert_eq!(run(seen, &[5, 1, 0, 5, 1, 5]), (Vec4::W, Vec4::W));
 }

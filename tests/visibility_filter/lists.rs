@@ -89,12 +89,18 @@ fn lists(params: &ListParams, surfaces: &[Surface], met: &[u32]) -> Vec<u32> {
     out.0
 }
 
-/// One list: rays, dropped voxels, counts by voxel.
+/// One list: rays, dropped voxels, counts by voxel; checks how many rays met anything.
 fn read(list: &[u32]) -> (u32, u32, BTreeMap<u32, u32>) {
     let kept = list[1] as usize;
-    let pairs: Vec<(u32, u32)> = list[3..3 + 2 * kept].chunks_exact(2).map(|p| (p[0] - 1, p[1])).collect();
+    let pairs: Vec<(u32, u32)> = list[4..4 + 2 * kept].chunks_exact(2).map(|p| (p[0] - 1, p[1])).collect();
     assert!(pairs.is_sorted_by(|a, b| a.0 < b.0), "{pairs:?}");
-    assert!(list[3 + 2 * kept..].iter().all(|&w| w == 0), "behind the list");
+    assert!(list[4 + 2 * kept..].iter().all(|&w| w == 0), "behind the list");
+    let met: u32 = pairs.iter().map(|p| p.1).sum();
+    assert!(
+        list[3] == met || (list[2] > 0 && list[3] > met),
+        "{} rays met something, {met} are listed",
+        list[3]
+    );
     (list[0], list[2], pairs.into_iter().collect())
 }
 
@@ -194,8 +200,7 @@ fn what_finds_no_room_is_counted_and_no_part_is_preferred() {
             let ((rays, _, union), (rays_left, dropped, kept)) = (read(all), read(some));
             assert_eq!(kept.len() + dropped as usize, union.len());
             assert!(kept.len() <= 40 && kept.iter().all(|(v, c)| union[v] == *c));
-            let lost: u32 = union.iter().filter(|(v, _)| !kept.contains_key(v)).map(|(_, c)| c).sum();
-            assert_eq!(rays_left, rays - lost, "rays that met what is left out leave the total");
+            assert_eq!((rays_left, some[3]), (rays, all[3]), "thinning changes neither rays nor hits");
             if dropped > 0 {
                 full += 1;
                 assert!(kept.len() > 10, "{} of {} are kept where 40 fit", kept.len(), union.len());

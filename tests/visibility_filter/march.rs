@@ -51,7 +51,7 @@ fn a_walk_through_cells_finds_the_nearest_disc() {
     let starts = b.cpu.download(&b.proxies.pair_starts);
     let trace = |ray: &ProxyRay| trace_proxies(&b.proxies.cells, &starts, &pairs, &proxies, ray);
     let mut random = Random(11);
-    let (mut met, mut other, mut by_centres) = (0, 0, 0);
+    let (mut met, mut by_centres) = (0, 0);
     let (centres, centre_starts) = by_centre(&b.proxies.cells, &proxies);
     for i in 0..6_000 {
         let from_surface = i % 2 == 0;
@@ -65,7 +65,7 @@ fn a_walk_through_cells_finds_the_nearest_disc() {
         if from_surface && direction.dot(p.normal.truncate()) * side < 0.0 {
             direction = -direction;
         }
-        let ray = ProxyRay { origin, direction, side, nearest: true };
+        let ray = ProxyRay { origin, direction, side };
         let (hit, expected) = (trace(&ray), nearest(&proxies, &ray));
         // Cells end with the scene: discs that stand out of its box are not met there.
         let end = ray.origin + ray.direction * expected.min(1e3);
@@ -78,15 +78,10 @@ fn a_walk_through_cells_finds_the_nearest_disc() {
             met += 1;
             assert_eq!(hit.t, expected, "{ray:?}");
         }
-        // The first disc found may be another, but only where there is one.
-        let any = trace(&ProxyRay { nearest: false, ..ray });
-        assert_eq!(any.proxy == NO_VOXEL, hit.proxy == NO_VOXEL, "{ray:?}");
-        assert!(any.t >= hit.t);
-        other += u32::from(any.t > hit.t);
         // Negative control: discs listed in the cell of their centre alone.
         let lost = trace_proxies(&b.proxies.cells, &centre_starts, &centres, &proxies, &ray);
         by_centres += u32::from(lost.t != hit.t);
     }
     assert!(by_centres > 300, "only {by_centres} rays miss what reaches over a border");
-    assert!(met > 2_000 && other > 20, "{met} rays met discs, {other} another than the nearest");
+    assert!(met > 2_000, "only {met} rays met discs");
 }

@@ -103,6 +103,65 @@ fn glossy_floors_reflect_as_they_should() {
     }
 }
 
+#[test]
+fn lists_that_are_too_short_keep_the_brightness_of_an_open_scene() {
+    // A floor and a lit wall under a black sky, which half of the rays meet.
+    let mut s = scene();
+    square(&mut s, 0.0, 3.0, true, grey(0.7));
+    quad(&mut s, [v(-3.0, 0.0, -3.0), v(3.0, 0.0, -3.0), v(3.0, 3.0, -3.0), v(-3.0, 3.0, -3.0)], grey(0.7));
+    s.lights = vec![light::point(v(0.0, 2.0, 0.0), Vec3::splat(5.0))];
+    let view = view(&camera(v(0.0, 2.0, 4.0), v(0.0, 0.5, -1.0), 60.0), SIDE, SIDE);
+    let settings = VisibilityFilter { grid: [24; 3], ..full(64) };
+    let mean = |capacity| {
+        let settings = VisibilityFilter { capacity, ..settings.clone() };
+        let (rendered, counts) =
+            render_on(&mut Cpu::new(Some(2)).unwrap(), &s, &view, &indirect_job(), &settings);
+        (rendered.picture.mean().y, counts)
+    };
+    let (roomy, counts) = mean(None);
+    assert_eq!(counts.dropped, 0);
+    for capacity in [100, 30] {
+        let (tight, counts) = mean(Some(capacity));
+        println!(
+            "{} of {} lists too long: {:.3} of the light",
+            counts.full_lists,
+            SIDE * SIDE,
+            tight / roomy
+        );
+        assert!(counts.full_lists > 500, "{counts:?}");
+        assert!((tight / roomy - 1.0).abs() < 0.1, "{tight} for {roomy} with lists of {capacity}");
+    }
+}
+
+#[test]
+fn gloss_keeps_its_light_up_to_its_border() {
+    let floor = |right: &str| {
+        let mut s = Scene::open("cornell-box").unwrap();
+        s.triangles.drain(..2);
+        let (polished, dull) = (metal(0.8, 0.3), grey(0.5));
+        for (x, m) in [(-1.0, polished), (0.0, if right == "dull" { dull } else { polished })] {
+            quad(&mut s, [v(x, 0.0, 1.0), v(x + 1.0, 0.0, 1.0), v(x + 1.0, 0.0, -1.0), v(x, 0.0, -1.0)], m);
+        }
+        s.triangles.drain(8..32);
+        let view = view(&camera(v(-0.3, 0.8, 0.9), v(-0.1, 0.0, -0.2), 45.0), 64, 64);
+        let settings = VisibilityFilter { lobe_rays: 32, ..VisibilityFilter::default() };
+        let job = Job { dumps: vec!["gloss".into(), "position".into(), "specular".into()], ..indirect_job() };
+        render_on(&mut Cpu::new(Some(2)).unwrap(), &s, &view, &job, &settings).0
+    };
+    let (split, whole) = (floor("dull"), floor("polished"));
+    let (mut compared, mut worst) = (0, 0.0f32);
+    for i in 0..split.picture.pixels.len() {
+        let x = split.dumps["position"].pixels[i].x;
+        let on_floor = split.dumps["position"].pixels[i].y.abs() < 1e-4;
+        if on_floor && x < -0.02 && x > -0.4 && split.dumps["gloss"].pixels[i].x > 0.0 {
+            compared += 1;
+            worst = worst.max((split.picture.pixels[i].y / whole.picture.pixels[i].y - 1.0).abs());
+        }
+    }
+    println!("{compared} glossy pixels near the border: {:.1} % off at most", 100.0 * worst);
+    assert!(compared > 100 && worst < 0.25, "{compared} pixels, off by {worst}");
+}
+
 fn exr(picture: &Picture) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");

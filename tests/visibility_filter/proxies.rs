@@ -145,7 +145,6 @@ fn slipping(overlap: f32) -> f64 {
                 origin: random.point(0.5),
                 direction: random.direction(),
                 side: 0.0,
-                nearest: false,
             };
             let hit = passes::visibility_filter::march::trace_proxies(
                 &b.proxies.cells,

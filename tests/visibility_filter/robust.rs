@@ -100,13 +100,11 @@ fn a_scene_of_any_size_looks_the_same() {
         let mean = indirect(&s, &view, &settings).mean();
         println!("scale {size}: {:.4} of the mean", mean.y / right.y);
         assert!((mean.y / right.y - 1.0).abs() < 0.02, "scale {size}: {mean} for {right}");
-        // Negative control: without the light's scale nothing would be the same.
-        assert!(((mean.y * size * size) / right.y - 1.0).abs() > 0.02);
     }
 }
 
 #[test]
-fn twice_the_light_is_twice_the_picture_bit_for_bit() {
+fn a_million_times_the_light_is_a_million_times_the_picture() {
     let s = Scene::open("cornell-glossy").unwrap();
     let view = view(&s.view(), 32, 32);
     let right = render_on(&mut cpu(), &s, &view, &indirect_job(), &small()).0.picture;

@@ -11,8 +11,8 @@ pub mod strict;
 mod vector;
 
 pub use strict::{
-    MIN_POSITIVE, abs, clamp, copy_sign, exp2_integer, floor, is_finite, is_nan, max, min, powi, saturate,
-    to_i32, to_u32,
+    MIN_POSITIVE, abs, clamp, copy_sign, exp2_integer, floor, is_finite, is_nan, max, min, min_u32, powi,
+    saturate, to_i32, to_u32,
 };
 pub use vector::*;
 

@@ -1,7 +1,8 @@
 //! What do buffers of radiance add up to, and what do surfaces reflect of light that is known?
 
 use super::surface::Surface;
-use glam::Vec4;
+use crate::math::recip;
+use glam::{Vec3, Vec4};
 
 gpu_struct! {
     /// Parameters of [`add_radiance`].
@@ -39,6 +40,8 @@ pub fn add_diffuse_reflection(
 }
 
 /// Returns `previous` plus `light` times the specular colour of pixel `index`.
+///
+/// The light's w is how much of it is known: upsampled over the border of a surface without gloss, less than 1.
 #[inline]
 pub fn add_specular_reflection(
     index: u32,
@@ -48,6 +51,8 @@ pub fn add_specular_reflection(
     previous: &[Vec4],
 ) -> Vec4 {
     let _ = params;
-    let reflected = gloss[index as usize].truncate() * light[index as usize].truncate();
+    let known = light[index as usize];
+    let whole = if known.w > 0.0 { known.truncate() * recip(known.w) } else { Vec3::ZERO };
+    let reflected = gloss[index as usize].truncate() * whole;
     previous[index as usize] + reflected.extend(0.0)
 }

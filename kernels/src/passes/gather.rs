@@ -7,7 +7,7 @@ use super::material::{AlphaTest, emitted_radiance, texture_coordinates};
 use super::scene::{Material, Triangle};
 use super::surface::{CameraParams, Surface, camera_direction, geometric_normal, ray_origin};
 use crate::geometry::bvh::{BvhNode, Hit, NO_TRIANGLE, Ray, TriangleBlock, nearest_hit};
-use crate::math::{FRAC_1_PI, acos, atan2, div, dot, floor, max, recip, saturate, to_u32};
+use crate::math::{FRAC_1_PI, acos, atan2, div, dot, floor, max, min_u32, recip, saturate, to_u32};
 use crate::sampling::halton::{halton, rotated};
 use crate::sampling::hash::{combine, unit_float};
 use crate::sampling::hemisphere::{cosine_hemisphere, to_world};
@@ -74,18 +74,13 @@ pub fn environment_radiance(params: &GatherParams, texels: &[u32], direction: Ve
     let y = max(saturate(v) * (height as f32) - 0.5, 0.0);
     let (cell_x, cell_y) = (floor(x), floor(y));
     let (fx, fy) = (saturate(x - cell_x), saturate(y - cell_y));
-    let x0 = if cell_x < 0.0 { width - 1 } else { lower(to_u32(cell_x), width - 1) };
+    let x0 = if cell_x < 0.0 { width - 1 } else { min_u32(to_u32(cell_x), width - 1) };
     let x1 = if x0 + 1 >= width { 0 } else { x0 + 1 };
-    let y0 = lower(to_u32(cell_y), height - 1);
-    let y1 = lower(y0 + 1, height - 1);
+    let y0 = min_u32(to_u32(cell_y), height - 1);
+    let y1 = min_u32(y0 + 1, height - 1);
     let top = map_texel(params, texels, x0, y0) * (1.0 - fx) + map_texel(params, texels, x1, y0) * fx;
     let bottom = map_texel(params, texels, x0, y1) * (1.0 - fx) + map_texel(params, texels, x1, y1) * fx;
     top * (1.0 - fy) + bottom * fy
-}
-
-#[inline]
-fn lower(a: u32, b: u32) -> u32 {
-    if a < b { a } else { b }
 }
 
 #[inline]

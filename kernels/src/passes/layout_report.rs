@@ -7,8 +7,15 @@ use crate::passes::evaluate::{EvaluateParams, Evaluation};
 use crate::passes::evaluate_sh::ShVector;
 use crate::passes::gather::GatherParams;
 use crate::passes::light::LightParams;
+use crate::passes::light_map::LightMapParams;
 use crate::passes::scene::{Light, Material, Triangle};
 use crate::passes::surface::{CameraParams, Surface};
+use crate::passes::upsample::UpsampleParams;
+use crate::passes::visibility_filter::gather_voxels::GatherVoxelsParams;
+use crate::passes::visibility_filter::grid::{GridParams, Voxel};
+use crate::passes::visibility_filter::list::{ListHeader, ListParams};
+use crate::passes::visibility_filter::march::MarchParams;
+use crate::passes::visibility_filter::proxy::{Proxy, ProxyParams};
 
 gpu_struct! {
     /// Parameters of [`report_layout`].
@@ -75,4 +82,26 @@ layout_words! {
     EvaluateParams { function, count }
     Evaluation { numbers, words }
     ShVector { c0, c4, c8, c12, c16, c20, c24 }
+    Proxy { position, normal, triangle, u, v }
+    GridParams { lower, inverse_size, dims, proxies, pairs, weighted }
+    Voxel {
+        centroid, right_area, right_light, left_area, left_light, up_area, up_light, down_area, down_light,
+        near_area, near_light, far_area, far_light, begin, end, lit, mean_area
+    }
+    ListHeader { position, normal }
+    ProxyParams { density, radius, cells_per_length, seed, triangles, proxies }
+    MarchParams {
+        lower, cell_inverse_size, cell_dims, voxel_inverse_size, voxel_dims, eye, diffuse_rays, lobe_rays, seed,
+        flags, cells_per_length
+    }
+    ListParams {
+        width, height, diffuse_rays, lobe_rays, half_width, half_height, capacity, max_depth_difference,
+        min_normal_cosine, occupied
+    }
+    GatherVoxelsParams {
+        eye, width, first_pixel, coarse_width, coarse_height, scale_x, scale_y, near_range, depth_deviation,
+        normal_deviation, specular_deviation, capacity, flags, clamp, trust, disc_radius
+    }
+    UpsampleParams { width, first_pixel, coarse_width, coarse_height, scale_x, scale_y }
+    LightMapParams { origin, right, down, forward, projection, size, light, texel, bias }
 }

@@ -12,7 +12,7 @@
 
 use super::scene::{MATERIAL_MASKED, Material, NO_TEXTURE, Triangle};
 use crate::geometry::bvh::HitFilter;
-use crate::math::{FRAC_1_PI, clamp, div, dot, floor, min, pow, saturate, to_u32};
+use crate::math::{FRAC_1_PI, clamp, div, dot, floor, min, normalize_or, pow, saturate, to_u32};
 use glam::{Vec2, Vec3, Vec4};
 
 /// The largest Phong exponent that the mapping gives: a highlight about 2.5° wide.
@@ -105,6 +105,12 @@ pub fn reflectance(m: &Material, texels: &[u32], uv: Vec2) -> Reflectance {
         specular: (Vec3::splat(dielectric) + base * metallic) * gloss,
         exponent: min(div(2.0, fourth) - 2.0, MAX_EXPONENT),
     }
+}
+
+/// Returns the mirror image of the viewer's direction about the normal, both unit vectors.
+#[inline]
+pub fn mirror_direction(normal: Vec3, to_viewer: Vec3) -> Vec3 {
+    normalize_or(normal * (2.0 * dot(normal, to_viewer)) - to_viewer, normal)
 }
 
 /// Returns the Phong lobe (Ns + 2)/(2π)·cosᴺˢ of the angle between the mirrored view and the light, in 1/sr.

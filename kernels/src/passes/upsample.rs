@@ -3,7 +3,7 @@
 use super::surface::Surface;
 use crate::gaussian::{CoarseSamples, upsampling_weights};
 use crate::geometry::bvh::NO_TRIANGLE;
-use crate::math::{floor, saturate, to_u32};
+use crate::math::{floor, min_u32, saturate, to_u32};
 use glam::{Vec3, Vec4};
 
 gpu_struct! {
@@ -54,14 +54,9 @@ fn neighbours(x: u32, scale: f32, count: u32) -> (u32, u32, f32) {
     let place = (x as f32 + 0.5) * scale - 0.5;
     let cell = floor(place);
     let fraction = saturate(place - cell);
-    let first = if cell < 0.0 { 0 } else { lower(to_u32(cell), count - 1) };
-    let second = if cell < 0.0 { 0 } else { lower(first + 1, count - 1) };
+    let first = if cell < 0.0 { 0 } else { min_u32(to_u32(cell), count - 1) };
+    let second = if cell < 0.0 { 0 } else { min_u32(first + 1, count - 1) };
     (first, second, fraction)
-}
-
-#[inline]
-fn lower(a: u32, b: u32) -> u32 {
-    if a < b { a } else { b }
 }
 
 /// Returns the value of fine pixel `index`: the four coarse values around it, weighted by depth and normal.

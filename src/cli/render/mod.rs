@@ -145,10 +145,10 @@ pub(crate) fn run(a: &RenderArguments) -> Result<(), Failure> {
             eprintln!("note: {warning}");
         }
         if a.technique == Technique::Auto {
-            let why = if technique == Technique::Direct {
-                "no point, spot or sun light for point proxies to pass on"
-            } else {
-                "direct light and one bounce"
+            let why = match technique {
+                Technique::VisibilityFilter => "direct light and one bounce",
+                _ if a.only == Only::Direct => "nothing else is asked for",
+                _ => "no point, spot or sun light for point proxies to pass on",
             };
             eprintln!("note: auto chose {}: {why}", name(technique));
         }

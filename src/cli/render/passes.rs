@@ -72,6 +72,9 @@ fn draw<B: Backend>(
         _ => rendered = direct::render(backend, &world, view, &job)?,
     }
     refuse_non_finite(&rendered)?;
+    for name in a.dump.iter().filter(|name| !a.quiet && !rendered.dumps.contains_key(*name)) {
+        eprintln!("note: --dump {name}: nothing of the kind was computed for this scene and request");
+    }
     let mean = rendered.picture.mean();
     let mut text = format!("{technique:?} on {machine}\n{}", table::passes_text(&rendered.timings));
     text += &counts.map_or_else(String::new, |c| counts_text(&c));

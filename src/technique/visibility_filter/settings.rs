@@ -1,7 +1,7 @@
 //! Which knobs does the visibility filter have, and what do they do to error and cost?
 
 use crate::error::SettingsError;
-use twinlight_kernels::passes::visibility_filter::list::{MAX_COUNT, MAX_VOXEL};
+use twinlight_kernels::passes::visibility_filter::list::{MAX_COUNT, MAX_VOXEL, list_stride};
 
 /// How the light of visible voxels is added up, VF eq. 5.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,7 +38,7 @@ pub enum Visibility {
 pub enum Anchor {
     /// The pixel.
     Pixel,
-    /// The place in the world: less flicker when the camera moves.
+    /// The place in the world: the pattern of errors sticks to surfaces instead of the screen.
     World,
 }
 
@@ -53,7 +53,7 @@ pub struct VisibilityFilter {
     pub overlap: f32,
     /// Voxels along each axis of the scene's box. Larger voxels blur light and let hidden parts shine.
     pub grid: [u32; 3],
-    /// Coarse pixels, at which visibility is found; a quarter of the picture's sides if none. Cost: their number.
+    /// Coarse pixels, at which visibility is found; a quarter of the picture's sides if none, at most 2¹⁸. Cost: their number.
     pub marching: Option<(u32, u32)>,
     /// Pixels at which light is gathered; half of the picture's sides if none, at most 2²⁰. Cost: their number.
     pub illumination: Option<(u32, u32)>,
@@ -88,7 +88,7 @@ pub struct VisibilityFilter {
     pub depth_deviation: f32,
     /// Standard deviation of 1 − N·N′ in w_G.
     pub normal_deviation: f32,
-    /// σ_θ of eq. 7 for the specular lobe; 0 weighs by the surface's own lobe.
+    /// σ_θ of eq. 7 for the specular lobe, 0.001 to 0.3; 0 weighs by the surface's own lobe.
     pub specular_deviation: f32,
 }
 
@@ -130,6 +130,10 @@ pub const MAX_PIXELS: u64 = 1 << 20;
 pub const MAX_RAYS: u32 = MAX_COUNT;
 /// The largest number of rays of all coarse pixels.
 const MAX_ALL_RAYS: u64 = 1 << 28;
+/// The largest number of words of all lists: 4 GiB.
+const MAX_LIST_WORDS: u64 = 1 << 30;
+/// The largest number of coarse pixels when none is asked for: each has a list.
+const MAX_DEFAULT_MARCHING: u64 = 1 << 18;
 /// The largest list when none is asked for.
 const MAX_CAPACITY: u32 = 1024;
 
@@ -159,12 +163,12 @@ impl VisibilityFilter {
 
     /// Coarse pixels for a picture of this size.
     pub fn marching_size(&self, width: u32, height: u32) -> (u32, u32) {
-        self.marching.unwrap_or_else(|| shrunk(width, height, 4))
+        self.marching.unwrap_or_else(|| shrunk(width, height, 4, MAX_DEFAULT_MARCHING))
     }
 
     /// Pixels at which light is gathered for a picture of this size.
     pub fn illumination_size(&self, width: u32, height: u32) -> (u32, u32) {
-        self.illumination.unwrap_or_else(|| shrunk(width, height, 2))
+        self.illumination.unwrap_or_else(|| shrunk(width, height, 2, MAX_PIXELS))
     }
 
     /// Rays of a coarse pixel, in a scene with gloss or without.
@@ -218,6 +222,18 @@ impl VisibilityFilter {
                 format!("{rays} in all are more than {MAX_ALL_RAYS}; lower marching or rays"),
             );
         }
+        let capacity = self.list_capacity(true, voxels as u32);
+        let words = u64::from(marching.0) * u64::from(marching.1) * u64::from(list_stride(capacity));
+        if words > MAX_LIST_WORDS {
+            let reason = format!(
+                "lists of {capacity} voxels for {}x{} pixels need {} MiB, over {}; lower marching, grid or list-capacity",
+                marching.0,
+                marching.1,
+                words >> 18,
+                MAX_LIST_WORDS >> 18
+            );
+            return refuse("list-capacity", reason);
+        }
         let finite = |knob, value: f32, low: f32, high: f32| {
             if value >= low && value <= high {
                 Ok(())
@@ -232,14 +248,18 @@ impl VisibilityFilter {
         finite("trust", self.trust, 0.0, 1.0e6)?;
         finite("depth-deviation", self.depth_deviation, 1.0e-6, 1.0e6)?;
         finite("normal-deviation", self.normal_deviation, 1.0e-6, 1.0e6)?;
-        finite("specular-deviation", self.specular_deviation, 0.0, 0.5)
+        // Narrower, eq. 7 saturates; wider, it does not vanish at the lobe's edge.
+        if self.specular_deviation != 0.0 {
+            finite("specular-deviation", self.specular_deviation, 1.0e-3, 0.3)?;
+        }
+        Ok(())
     }
 }
 
-/// A picture's sides over `divisor`, and further until it has at most [`MAX_PIXELS`] pixels.
-fn shrunk(width: u32, height: u32, divisor: u32) -> (u32, u32) {
+/// A picture's sides over `divisor`, and further until it has at most `most` pixels.
+fn shrunk(width: u32, height: u32, divisor: u32, most: u64) -> (u32, u32) {
     let (mut w, mut h) = (width.div_ceil(divisor), height.div_ceil(divisor));
-    while u64::from(w) * u64::from(h) > MAX_PIXELS {
+    while u64::from(w) * u64::from(h) > most {
         (w, h) = (w.div_ceil(2), h.div_ceil(2));
     }
     (w, h)
@@ -258,7 +278,7 @@ mod tests {
         }
         assert!(VisibilityFilter::preset("paper-teapot").is_none());
         type Spoil = fn(&mut VisibilityFilter);
-        let spoilt: [(&str, Spoil); 12] = [
+        let spoilt: [(&str, Spoil); 13] = [
             ("proxies", |s| s.proxies = 0),
             ("proxies", |s| s.proxies = MAX_PROXIES + 1),
             ("rays", |s| s.rays = 0),
@@ -266,6 +286,9 @@ mod tests {
             ("grid", |s| s.grid = [0, 1, 1]),
             ("grid", |s| s.grid = [u32::MAX; 3]),
             ("filter", |s| s.filter = (5, 0)),
+            ("list-capacity", |s| {
+                (s.grid, s.capacity, s.marching) = ([80; 3], Some(1 << 16), Some((1000, 1000)))
+            }),
             ("marching", |s| s.marching = Some((2048, 1024))),
             ("illumination", |s| s.illumination = Some((0, 1))),
             ("overlap", |s| s.overlap = f32::NAN),
@@ -289,6 +312,7 @@ mod tests {
         );
         assert_eq!((settings.marching_size(1, 3), settings.illumination_size(1, 3)), ((1, 1), (1, 2)));
         settings.check(32_768, 4096).unwrap();
+        assert_eq!(settings.marching_size(32_768, 4096), (1024, 128));
         assert_eq!(settings.list_capacity(false, 5000), 1024);
         assert_eq!(settings.list_capacity(true, 216), 216);
     }

@@ -27,6 +27,12 @@ pub fn max(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
+/// Returns the smaller of two integers.
+#[inline]
+pub fn min_u32(a: u32, b: u32) -> u32 {
+    if a < b { a } else { b }
+}
+
 /// Returns x moved into [low, high]; `low` for NaN.
 #[inline]
 pub fn clamp(x: f32, low: f32, high: f32) -> f32 {

@@ -16,8 +16,8 @@ mod root;
 mod trigonometry;
 
 pub use basics::{
-    MIN_POSITIVE, abs, clamp, copy_sign, exp2_integer, floor, is_finite, is_nan, max, min, saturate, to_i32,
-    to_u32,
+    MIN_POSITIVE, abs, clamp, copy_sign, exp2_integer, floor, is_finite, is_nan, max, min, min_u32, saturate,
+    to_i32, to_u32,
 };
 pub use division::{div_software, two_product, two_sum};
 pub use error_function::erf;

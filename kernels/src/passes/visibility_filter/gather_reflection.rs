@@ -3,12 +3,14 @@
 use super::gather_voxels::GatherVoxelsParams;
 use super::grid::Voxel;
 use super::list::ListHeader;
+use super::march::is_glossy;
 use super::merged_lists::{DONE, Lists, cells, weights};
 use super::proxy::Proxy;
 use super::seen::{see_proxy, see_voxel};
 use crate::gaussian::{one_minus_cosine, specular_falloff};
 use crate::geometry::bvh::NO_TRIANGLE;
 use crate::math::{MIN_POSITIVE, PI, acos, div, dot, log2, max, min, normalize_or, pow_fast, rsqrt};
+use crate::passes::material::mirror_direction;
 use crate::passes::surface::Surface;
 use glam::{Vec3, Vec4};
 
@@ -34,7 +36,7 @@ impl Lobe {
     fn new(params: &GatherVoxelsParams, s: &Surface, exponent: f32) -> Self {
         let (position, normal) = (s.position.truncate(), s.normal.truncate());
         let to_viewer = normalize_or(params.eye.truncate() - position, normal);
-        let mirror = normalize_or(normal * (2.0 * dot(normal, to_viewer)) - to_viewer, normal);
+        let mirror = mirror_direction(normal, to_viewer);
         let deviation = params.specular_deviation;
         // cosᶯ = 1 − 1.1774 σ where cosⁿ = ½.
         let half = 1.0 - 1.177_41 * min(deviation, 0.5);
@@ -93,7 +95,8 @@ impl Lobe {
     }
 }
 
-/// Returns what the specular lobe of pixel `index` reflects of visible voxels, for a specular colour of 1.
+/// Returns what the specular lobe of pixel `index` reflects of visible voxels, for a specular colour of 1; w is 1, or 0
+/// where there is no lobe.
 ///
 /// The mean radiance of the visible proxies, each weighted by its solid angle, the cosine and the lobe (or eq. 7),
 /// times the lobe's coverage: VF's effective number of light sources, N_c, is the sum of these weights over lit
@@ -112,17 +115,23 @@ pub fn gather_specular(
 ) -> Vec4 {
     let s = surfaces[index as usize];
     let own = gloss[index as usize];
-    if s.triangle == NO_TRIANGLE || !(max(max(own.x, own.y), own.z) > 0.0) {
+    if s.triangle == NO_TRIANGLE || !is_glossy(own) {
         return Vec4::ZERO;
     }
     let (from, normal) = (s.position.truncate(), s.normal.truncate());
     let cells = cells(index, params);
     let weights = weights(params, &cells, &s, headers);
-    let mut coverage = 0.0;
-    for k in 0..4 {
-        coverage += weights[k] * headers[cells.pixels[k] as usize].normal.w;
-    }
     let lobe = Lobe::new(params, &s, own.w);
+    let (mut coverage, mut known) = (0.0, 0.0);
+    for k in 0..4 {
+        let covered = headers[cells.pixels[k] as usize].normal.w;
+        if covered >= 0.0 {
+            coverage += weights[k] * covered;
+            known += weights[k];
+        }
+    }
+    // Without a glossy neighbour: as if all of the lobe ended on the scene.
+    coverage = if known > MIN_POSITIVE { div(coverage, known) } else { max(dot(lobe.mirror, normal), 0.0) };
     let mut merged = Lists::new(params, &cells, &weights, lists);
     let (mut light, mut whole) = (Vec3::ZERO, 0.0);
     let mut member = merged.take(lists);
@@ -147,7 +156,7 @@ pub fn gather_specular(
         member = merged.take(lists);
     }
     if !(whole > MIN_POSITIVE) {
-        return Vec4::ZERO;
+        return Vec4::W;
     }
-    (light * div(coverage, whole)).extend(0.0)
+    (light * div(coverage, whole)).extend(1.0)
 }

@@ -93,14 +93,15 @@ pub fn gather_diffuse(
     let weights = weights(params, &cells, &s, headers);
     let mut merged = Lists::new(params, &cells, &weights, lists);
     let by_share = params.flags & GATHER_SHARE != 0;
-    let (mut sum, mut whole, mut met) = (Vec3::ZERO, 0.0, 0.0);
+    let (mut sum, mut whole) = (Vec3::ZERO, 0.0);
     let mut visible = 0.0;
     let mut member = merged.take(lists);
     while member.voxel != DONE {
         visible += 1.0;
-        met += member.share;
         let v = &voxels[member.voxel as usize];
-        if by_share {
+        if by_share && !(member.share > 0.0) {
+            // Only rays of specular lobes met it.
+        } else if by_share {
             let (light, size) = voxel_light(params, from, normal, v, proxies, radiance);
             if size > MIN_POSITIVE {
                 let seen = seen_share(params, size, &member, merged.rays);
@@ -114,7 +115,7 @@ pub fn gather_diffuse(
         member = merged.take(lists);
     }
     if by_share {
-        sum = if whole > MIN_POSITIVE { sum * div(met, whole) } else { Vec3::ZERO };
+        sum = if whole > MIN_POSITIVE { sum * div(merged.met, whole) } else { Vec3::ZERO };
     }
     sum.extend(visible)
 }

@@ -1,20 +1,20 @@
 //! Which voxels does a pixel see, by its own rays and by its neighbours'? VF §3.2, eq. 4.
 //!
 //! A list is an array of words of fixed size: the number of hemisphere rays that its counts are out of, the number of
-//! its voxels, the number of voxels that found no room, then pairs (voxel + 1, how many of those rays met it) in order of voxels. A voxel + 1
+//! its voxels, the number of voxels that found no room, how many of the rays met anything, then pairs (voxel + 1, how many of those rays met it) in order of voxels. A voxel + 1
 //! of 0 ends the list.
 
-use super::march::NO_VOXEL;
+use super::march::{NO_LOBE, NO_VOXEL};
 use crate::gaussian::shares_visibility;
 use crate::geometry::bvh::NO_TRIANGLE;
-use crate::math::{abs, dot, max};
+use crate::math::{abs, dot, max, min_u32};
 use crate::passes::Accumulate;
 use crate::passes::surface::Surface;
 use crate::sampling::hash::{combine, hash};
 use glam::Vec4;
 
 /// Words of a list before its pairs.
-pub const LIST_HEADER: u32 = 3;
+pub const LIST_HEADER: u32 = 4;
 /// The largest half width of the filter.
 pub const MAX_HALF_WIDTH: u32 = 4;
 /// Rows and columns of the largest window.
@@ -55,7 +55,7 @@ gpu_struct! {
     pub struct ListHeader {
         /// Position in metres; w is the distance from the eye, −1 where the pixel sees nothing.
         pub position: Vec4,
-        /// Unit normal; w is the lobe's coverage over the window.
+        /// Unit normal; w is the mean coverage of the window's lobes, [`NO_LOBE`] without any.
         pub normal: Vec4,
     }
 }
@@ -193,7 +193,7 @@ impl Window {
                     let slot = row * MAX_ROWS + (x - range.left) as usize;
                     window.at[slot] = other * stride;
                     window.next[slot] = counted[(other * stride) as usize];
-                    window.row[row] = lower(window.row[row], window.next[slot]);
+                    window.row[row] = min_u32(window.row[row], window.next[slot]);
                     window.pixels += 1;
                 }
             }
@@ -206,7 +206,7 @@ impl Window {
     fn take(&mut self, counted: &[u32]) -> Member {
         let mut lowest = NOTHING;
         for row in 0..MAX_ROWS {
-            lowest = lower(lowest, self.row[row]);
+            lowest = min_u32(lowest, self.row[row]);
         }
         let voxel = lowest >> COUNT_BITS;
         let mut count = 0;
@@ -224,7 +224,7 @@ impl Window {
                     let after = counted[self.at[slot] as usize];
                     let next = if here { after } else { next };
                     self.next[slot] = next;
-                    least = lower(least, next);
+                    least = min_u32(least, next);
                 }
                 self.row[row] = least;
             }
@@ -245,19 +245,15 @@ impl Range {
     #[inline]
     fn around(pixel: u32, params: &ListParams) -> Self {
         let (x, y) = (pixel % params.width, pixel / params.width);
-        let (n, m) = (lower(params.half_width, MAX_HALF_WIDTH), lower(params.half_height, MAX_HALF_WIDTH));
+        let (n, m) =
+            (min_u32(params.half_width, MAX_HALF_WIDTH), min_u32(params.half_height, MAX_HALF_WIDTH));
         Self {
-            left: x - lower(x, n),
-            right: lower(x + n, params.width - 1),
-            top: y - lower(y, m),
-            bottom: lower(y + m, params.height - 1),
+            left: x - min_u32(x, n),
+            right: min_u32(x + n, params.width - 1),
+            top: y - min_u32(y, m),
+            bottom: min_u32(y + m, params.height - 1),
         }
     }
-}
-
-#[inline]
-fn lower(a: u32, b: u32) -> u32 {
-    if a < b { a } else { b }
 }
 
 /// Hashes below this keep their voxel in the list of pixel `index`: all where the union fits.
@@ -276,7 +272,7 @@ fn thinning(index: u32, params: &ListParams, surfaces: &[Surface], counted: &[u3
         }
         if size > params.capacity {
             // Aims below the capacity: the number that the hash keeps varies by its root.
-            let slack = params.capacity / 16 + lower(params.capacity / 4, 16);
+            let slack = params.capacity / 16 + min_u32(params.capacity / 4, 16);
             threshold = (0xFFFF_FFFF / size) * (params.capacity - slack);
         }
     }
@@ -287,7 +283,7 @@ fn thinning(index: u32, params: &ListParams, surfaces: &[Surface], counted: &[u3
 ///
 /// `counted` is that of [`count_rays`]. Merges sorted lists: each word is taken once, and for each voxel of the union only
 /// the rows that have it are looked at. A union larger than the capacity is thinned by a hash of voxel and pixel, so that no part of the scene is
-/// preferred; how many voxels are left out is counted, and the rays that met them leave the total.
+/// preferred, and how many voxels are left out is counted.
 #[inline]
 pub fn filter_lists(
     index: u32,
@@ -298,14 +294,15 @@ pub fn filter_lists(
 ) {
     let threshold = thinning(index, params, surfaces, counted);
     let mut window = Window::new(index, params, surfaces, counted);
-    let mut total = window.pixels * params.diffuse_rays;
+    let total = window.pixels * params.diffuse_rays;
     let first = index * list_stride(params.capacity);
-    let (mut kept, mut dropped) = (0, 0);
+    let (mut kept, mut dropped, mut met) = (0, 0, 0);
     loop {
         let member = window.take(counted);
         if member.voxel == NOTHING {
             break;
         }
+        met += member.count;
         let chosen = threshold == 0xFFFF_FFFF || hash(combine(index, member.voxel)) < threshold;
         if chosen && kept < params.capacity {
             output.or(first + LIST_HEADER + 2 * kept, member.voxel + 1);
@@ -313,34 +310,35 @@ pub fn filter_lists(
             kept += 1;
         } else {
             dropped += 1;
-            total -= member.count;
         }
     }
     output.or(first, total);
     output.or(first + 1, kept);
     output.or(first + 2, dropped);
+    output.or(first + 3, met);
 }
 
-/// Returns the position and normal of pixel `index`, and the mean coverage of its window's lobes.
+/// Returns the position and normal of pixel `index`, and the mean coverage of those pixels of its window that have lobes.
 ///
 /// `coverage` is that of [`super::march::lobe_coverage`]; not read without rays in lobes.
 #[inline]
 pub fn list_headers(index: u32, params: &ListParams, surfaces: &[Surface], coverage: &[f32]) -> ListHeader {
     let own = surfaces[index as usize];
-    let mut mean = 0.0;
+    let mut mean = NO_LOBE;
     if params.lobe_rays > 0 {
         let range = Range::around(index, params);
         let (mut sum, mut count) = (0.0, 0.0);
         for y in range.top..range.bottom + 1 {
             for x in range.left..range.right + 1 {
                 let other = y * params.width + x;
-                if exchange(params, &own, &surfaces[other as usize]) {
-                    sum += coverage[other as usize];
+                let covered = coverage[other as usize];
+                if covered >= 0.0 && exchange(params, &own, &surfaces[other as usize]) {
+                    sum += covered;
                     count += 1.0;
                 }
             }
         }
-        mean = if count > 0.0 { crate::math::div(sum, count) } else { 0.0 };
+        mean = if count > 0.0 { crate::math::div(sum, count) } else { NO_LOBE };
     }
     ListHeader { position: own.position, normal: own.normal.truncate().extend(mean) }
 }

@@ -7,7 +7,7 @@ use crate::geometry::disc::ray_disc;
 use crate::geometry::voxel_walk::VoxelWalk;
 use crate::math::{div, dot, max, normalize_or, recip};
 use crate::passes::gather::turned_direction;
-use crate::passes::material::AlphaTest;
+use crate::passes::material::{AlphaTest, mirror_direction};
 use crate::passes::scene::{Material, Triangle};
 use crate::passes::surface::{Surface, ray_origin};
 use crate::sampling::halton::{halton, rotated};
@@ -20,6 +20,8 @@ use glam::{UVec4, Vec2, Vec3, Vec4};
 pub const NO_VOXEL: u32 = 0xFFFF_FFFF;
 /// Bit of [`MarchParams::flags`]: a place in the world chooses the directions, not the pixel.
 pub const WORLD_ANCHORED: u32 = 1;
+/// The coverage of a pixel without a specular lobe.
+pub const NO_LOBE: f32 = -1.0;
 /// Longest way of a ray, metres.
 const FAR: f32 = 1.0e30;
 
@@ -79,8 +81,6 @@ pub struct ProxyRay {
     /// From a surface, a disc that the ray leaves through its back within two radii is the surface's own: on curved
     /// surfaces and at edges discs stand out.
     pub side: f32,
-    /// Whether the first of several discs in a voxel matters, or only that there is one.
-    pub nearest: bool,
 }
 
 /// Whether a disc can be met: its centre is within a radius of the ray's line, with 4e-6·|o − c|² for rounding.
@@ -92,9 +92,7 @@ fn near_line(ray: &ProxyRay, p: &Proxy) -> bool {
     squared - along * along <= p.position.w * p.position.w + 4.0e-6 * squared
 }
 
-/// Returns the proxy that the ray meets, voxel by voxel from its start.
-///
-/// Within a voxel the nearest disc wins; unless `nearest` is set, the first one found whose centre is in the voxel.
+/// Returns the proxy that the ray meets first, cell by cell from its start; it ends with the first cell that has one.
 #[inline]
 pub fn trace_proxies(
     grid: &GridParams,
@@ -113,11 +111,9 @@ pub fn trace_proxies(
         let end = starts[(cell + 1) as usize];
         // Discs reach into the voxel, and the crossing is rounded.
         let t_max = walk.t_exit * 1.000_01;
-        let mut i = starts[cell as usize];
-        while i < end {
+        for i in starts[cell as usize]..end {
             let index = pairs[(2 * i + 1) as usize];
             let p = &proxies[index as usize];
-            i += 1;
             if !near_line(ray, p) {
                 continue;
             }
@@ -132,9 +128,6 @@ pub fn trace_proxies(
                 continue;
             }
             hit = ProxyHit { proxy: index, t: d.t };
-            if !ray.nearest && voxel_number(grid, center) == cell {
-                i = end;
-            }
         }
         if hit.proxy != NO_VOXEL {
             return hit;
@@ -162,13 +155,12 @@ fn lobe_direction(turn: u32, ray: u32, exponent: f32, to_viewer: Vec3, normal: V
         rotated(point.x, unit_float(combine(turn, 2))),
         rotated(point.y, unit_float(combine(turn, 3))),
     );
-    let mirror = normalize_or(normal * (2.0 * dot(normal, to_viewer)) - to_viewer, normal);
-    to_world(phong_lobe_direction(u, exponent), mirror)
+    to_world(phong_lobe_direction(u, exponent), mirror_direction(normal, to_viewer))
 }
 
 /// Whether the surface has a specular lobe.
 #[inline]
-fn is_glossy(gloss: Vec4) -> bool {
+pub(super) fn is_glossy(gloss: Vec4) -> bool {
     max(max(gloss.x, gloss.y), gloss.z) > 0.0
 }
 
@@ -235,7 +227,7 @@ pub fn march_rays(
     if direction == Vec3::ZERO {
         return NO_VOXEL;
     }
-    let ray = ProxyRay { origin: s.position.truncate(), direction, side: s.normal.w, nearest: false };
+    let ray = ProxyRay { origin: s.position.truncate(), direction, side: s.normal.w };
     let hit = trace_proxies(&cells(params), starts, pairs, proxies, &ray);
     if hit.proxy == NO_VOXEL {
         NO_VOXEL
@@ -277,7 +269,7 @@ pub fn trace_rays(
 
 /// Returns the share of the specular lobe that ends on the scene, times the cosine: the mean over the lobe's rays.
 ///
-/// (n + 2)/(n + 1) · mean(cos θ · hit): what the lobe reflects where everything has radiance 1; 0 without gloss.
+/// (n + 2)/(n + 1) · mean(cos θ · hit): what the lobe reflects where everything has radiance 1; [`NO_LOBE`] without gloss.
 /// `voxels` is what [`march_rays`] found.
 #[inline]
 pub fn lobe_coverage(
@@ -290,7 +282,7 @@ pub fn lobe_coverage(
     let s = surfaces[index as usize];
     let lobe = gloss[index as usize];
     if s.triangle == NO_TRIANGLE || !is_glossy(lobe) || params.lobe_rays == 0 {
-        return 0.0;
+        return NO_LOBE;
     }
     let first = index * (params.diffuse_rays + params.lobe_rays);
     let mut sum = 0.0;

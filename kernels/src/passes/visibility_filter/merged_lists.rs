@@ -18,6 +18,8 @@ pub(super) struct Lists {
     per_ray: [f32; 4],
     /// Rays that the counts are out of, weighted.
     pub(super) rays: f32,
+    /// The share of them that met anything.
+    pub(super) met: f32,
 }
 
 /// A voxel that some of the lists name.
@@ -41,11 +43,13 @@ impl Lists {
         lists: &[u32],
     ) -> Self {
         let stride = list_stride(params.capacity);
-        let mut all = Self { at: [0; 4], end: [0; 4], weight: [0.0; 4], per_ray: [0.0; 4], rays: 0.0 };
+        let mut all =
+            Self { at: [0; 4], end: [0; 4], weight: [0.0; 4], per_ray: [0.0; 4], rays: 0.0, met: 0.0 };
         for k in 0..4 {
             let first = cells.pixels[k] * stride;
             let (rays, kept, dropped) =
                 (lists[first as usize], lists[(first + 1) as usize], lists[(first + 2) as usize]);
+            let met = lists[(first + 3) as usize];
             if weights[k] > 0.0 {
                 all.at[k] = first + LIST_HEADER;
                 all.end[k] = first + LIST_HEADER + 2 * kept;
@@ -57,6 +61,7 @@ impl Lists {
                 };
                 all.per_ray[k] = div(weights[k], max(rays as f32, 1.0));
                 all.rays += weights[k] * (rays as f32);
+                all.met += all.per_ray[k] * (met as f32);
             }
         }
         all

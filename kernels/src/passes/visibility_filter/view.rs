@@ -21,7 +21,7 @@ pub fn draw_proxies(
     radiance: &[Vec4],
 ) -> Vec4 {
     let direction = pixel_direction(index, params);
-    let ray = ProxyRay { origin: params.eye.truncate(), direction, side: 0.0, nearest: true };
+    let ray = ProxyRay { origin: params.eye.truncate(), direction, side: 0.0 };
     let hit = trace_proxies(&grid[0], starts, pairs, proxies, &ray);
     if hit.proxy == NO_VOXEL {
         return Vec4::ZERO;
