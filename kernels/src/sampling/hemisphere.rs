@@ -2,7 +2,9 @@
 //!
 //! Directions are in a frame whose z axis is the normal; [`to_world`] turns them.
 
-use crate::math::{div, exp, exp_minus_one, ln, max, orthonormal_frame, saturate, sin_cos_turn, sqrt};
+use crate::math::{
+    div, exp, exp_minus_one, ln_one_plus, max, orthonormal_frame, saturate, sin_cos_turn, sqrt,
+};
 use glam::{Vec2, Vec3};
 
 /// Returns a unit direction with density cos θ/π over the hemisphere around z, for u in [0, 1]².
@@ -18,11 +20,11 @@ pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
 
 /// Returns a unit direction with density (n + 1)/2π·cosⁿ θ over the hemisphere around z, for u in [0, 1]².
 ///
-/// cos θ = u₁^(1/(n + 1)) with u₁ = 1 − u.x, and sin² θ as −expm1 of its logarithm: no cancellation in narrow lobes. A
+/// cos θ = (1 − u.x)^(1/(n + 1)), and sin² θ as −expm1 of its logarithm: 2e-7 relative, no cancellation in narrow lobes. A
 /// negative exponent and NaN count as 0; u as in [`cosine_hemisphere`].
 #[inline]
 pub fn phong_lobe_direction(u: Vec2, exponent: f32) -> Vec3 {
-    let log_cosine = div(ln(1.0 - saturate(u.x)), max(exponent, 0.0) + 1.0);
+    let log_cosine = div(ln_one_plus(-saturate(u.x)), max(exponent, 0.0) + 1.0);
     let (s, c) = sin_cos_turn(saturate(u.y));
     let r = sqrt(-exp_minus_one(2.0 * log_cosine));
     Vec3::new(r * c, r * s, exp(log_cosine))
