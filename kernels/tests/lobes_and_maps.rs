@@ -4,7 +4,6 @@
 #![allow(clippy::disallowed_methods)]
 
 #[path = "oracle/draw.rs"]
-#[allow(dead_code)]
 mod draw;
 
 use draw::Draw;
