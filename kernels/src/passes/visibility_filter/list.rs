@@ -96,7 +96,7 @@ pub fn sort_rays(index: u32, params: &ListParams, voxels: &[u32], output: &mut i
 
 /// Writes which voxels the rays of pixel `index` met, each once, and how many of the hemisphere's rays did.
 ///
-/// Words of [`met`] in order of voxels, behind the last [`NOTHING`]: one word more than the pixel has rays. `sorted` is
+/// Words `voxel << 12 | count` in order of voxels, behind the last [`NOTHING`]: one word more than the pixel has rays. `sorted` is
 /// that of [`sort_rays`]; the output starts cleared.
 #[inline]
 pub fn count_rays(index: u32, params: &ListParams, sorted: &[u32], output: &mut impl Accumulate) {
@@ -123,7 +123,7 @@ pub fn count_rays(index: u32, params: &ListParams, sorted: &[u32], output: &mut 
     }
 }
 
-/// Bits of a count in a word of [`met`].
+/// Bits of a count in a word of [`count_rays`].
 const COUNT_BITS: u32 = 12;
 /// The largest count: at most this many rays of a pixel go over its hemisphere.
 pub const MAX_COUNT: u32 = (1 << COUNT_BITS) - 1;
