@@ -57,7 +57,7 @@ fn main() -> Result<()> {
     {
         for anchor in [Anchor::Pixel, Anchor::World] {
             let settings = VisibilityFilter { anchor, rays, filter: (filter, filter), ..Default::default() };
-            let proxies = Proxies::build(&mut cpu, &world, &settings, 1)?;
+            let proxies = Proxies::build(&mut cpu, &world, &settings, 1, false)?;
             let mut seen = Inspection::new(&job, SIDE, SIDE);
             let lit = Lit::light(&mut cpu, &world, &proxies, &settings, &job, &mut seen)?;
             let mut pictures = Vec::new();

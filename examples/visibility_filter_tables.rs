@@ -22,7 +22,7 @@ const COARSE: u32 = 128;
 /// What a line of the table changes.
 type Change = (&'static str, fn(&mut VisibilityFilter));
 
-const CHANGES: [Change; 25] = [
+const CHANGES: [Change; 26] = [
     ("as it is", |_| ()),
     ("high: rays 256, proxies × 4, marching 256²", |s| {
         (s.rays, s.proxies, s.marching) = (256, 4 * s.proxies, Some((256, 256)));
@@ -33,9 +33,10 @@ const CHANGES: [Change; 25] = [
     ("proxies / 16", |s| s.proxies /= 16),
     ("proxies / 4", |s| s.proxies /= 4),
     ("proxies × 4", |s| s.proxies *= 4),
-    ("overlap 2", |s| s.overlap = 2.0),
-    ("overlap 8", |s| s.overlap = 8.0),
-    ("meet triangles", |s| s.visibility = Visibility::Triangles),
+    ("meet discs", |s| s.visibility = Visibility::Proxies),
+    ("meet discs, proxies × 4", |s| (s.visibility, s.proxies) = (Visibility::Proxies, 4 * s.proxies)),
+    ("meet discs, overlap 2", |s| (s.visibility, s.overlap) = (Visibility::Proxies, 2.0)),
+    ("proxies throw no gloss", |s| s.proxy_gloss = false),
     ("marching 32²", |s| s.marching = Some((32, 32))),
     ("marching 64²", |s| s.marching = Some((64, 64))),
     ("marching 256²", |s| s.marching = Some((256, 256))),
@@ -61,10 +62,13 @@ struct Subject {
 }
 
 fn subjects() -> Result<Vec<Subject>> {
-    let scene = Scene::open("cornell-box")?;
-    let camera = scene.view();
     let settings = VisibilityFilter::default();
-    let mut all = vec![Subject { name: "cornell-box", scene, camera, settings: settings.clone() }];
+    let mut all = Vec::new();
+    for name in ["cornell-box", "cornell-glossy"] {
+        let scene = Scene::open(name)?;
+        let camera = scene.view();
+        all.push(Subject { name, scene, camera, settings: settings.clone() });
+    }
     let camera = |eye: [f32; 3], target: [f32; 3], fov| Camera {
         eye: eye.into(),
         target: target.into(),

@@ -4,7 +4,7 @@ use super::{COUNT, Case, SIDE, Samples, copy, exclusive_scan, floats, map, vecto
 use twinlight::backend::{Backend, Cpu};
 use twinlight::technique::World;
 use twinlight::technique::light_map::map_params;
-use twinlight::technique::visibility_filter::{Lit, Proxies, VisibilityFilter};
+use twinlight::technique::visibility_filter::{Cells, Lit, Proxies, VisibilityFilter};
 use twinlight::technique::{Inspection, Job};
 use twinlight_kernels::passes::elements::*;
 use twinlight_kernels::passes::visibility_filter::gather_voxels::GATHER_SHARE;
@@ -48,7 +48,7 @@ impl Filter {
     ) -> Result<Self> {
         let settings = VisibilityFilter { proxies: 20_000, grid: [10; 3], ..Default::default() };
         let job = Job { rays: 1, ..Job::default() };
-        let proxies = Proxies::build(cpu, w, &settings, 1)?;
+        let proxies = Proxies::build(cpu, w, &settings, 1, true)?;
         let mut seen = Inspection::new(&job, SIDE, SIDE);
         let lit = Lit::light(cpu, w, &proxies, &settings, &job, &mut seen)?;
         let density = ProxyParams {
@@ -63,12 +63,13 @@ impl Filter {
         let mut counts = cpu.alloc("counts", w.triangle_count as usize)?;
         cpu.proxy_counts(&density, &w.triangles, &mut counts, w.triangle_count)?;
         let mut overlaps = cpu.alloc("overlaps", proxies.count() as usize)?;
-        cpu.overlap_counts(&proxies.cells, &proxies.proxies, &mut overlaps, proxies.count())?;
+        let cells = proxies.cells.as_ref().ok_or("no cells")?;
+        cpu.overlap_counts(&cells.grid, &proxies.proxies, &mut overlaps, proxies.count())?;
 
         let march = MarchParams {
             lower: proxies.grid.lower,
-            cell_inverse_size: proxies.cells.inverse_size,
-            cell_dims: proxies.cells.dims,
+            cell_inverse_size: cells.grid.inverse_size,
+            cell_dims: cells.grid.dims,
             voxel_inverse_size: proxies.grid.inverse_size,
             voxel_dims: proxies.grid.dims,
             eye: camera.eye,
@@ -80,7 +81,7 @@ impl Filter {
         let rays = COUNT * RAYS;
         let p = &proxies;
         let mut voxels = cpu.alloc("voxels", rays as usize)?;
-        cpu.march_rays(&march, surfaces, gloss, &p.pair_starts, &p.pairs, &p.proxies, &mut voxels, rays)?;
+        cpu.march_rays(&march, surfaces, gloss, &cells.starts, &cells.pairs, &p.proxies, &mut voxels, rays)?;
         let mut coverage = cpu.alloc("coverage", COUNT as usize)?;
         cpu.lobe_coverage(&march, surfaces, gloss, &voxels, &mut coverage, COUNT)?;
         let list = ListParams {
@@ -128,6 +129,11 @@ impl Filter {
         })
     }
 
+    /// Built with them in [`Filter::new`].
+    fn cells(&self) -> &Cells<Cpu> {
+        self.proxies.cells.as_ref().expect("built with cells")
+    }
+
     fn proxies(&self) -> Vec<Proxy> {
         copy(&self.proxies.proxies)
     }
@@ -169,16 +175,16 @@ pub fn reorder_proxies(s: &Samples) -> Case<GridParams, (Vec<u32>, Vec<Proxy>)> 
 }
 
 pub fn cell_starts(s: &Samples) -> Case<GridParams, (Vec<u32>,)> {
-    let p = &s.filter.proxies;
-    map(p.cells, (copy(&p.pairs),), p.cells.dims.w + 1)
+    let cells = s.filter.cells();
+    map(cells.grid, (copy(&cells.pairs),), cells.grid.dims.w + 1)
 }
 
 pub fn overlap_counts(s: &Samples) -> Case<GridParams, (Vec<Proxy>,)> {
-    map(s.filter.proxies.cells, (s.filter.proxies(),), s.filter.proxies.count())
+    map(s.filter.cells().grid, (s.filter.proxies(),), s.filter.proxies.count())
 }
 
 pub fn overlap_pairs(s: &Samples) -> Case<GridParams, (Vec<u32>, Vec<Proxy>)> {
-    let cells = s.filter.proxies.cells;
+    let cells = s.filter.cells().grid;
     map(cells, (exclusive_scan(&s.filter.overlaps), s.filter.proxies()), 2 * cells.pairs)
 }
 
@@ -186,17 +192,28 @@ pub fn dark_sides(_: &Samples) -> Case<GridParams, (Vec<f32>,)> {
     map(GridParams::default(), (floats(COUNT),), COUNT)
 }
 
+type AddLobes = (Vec<Surface>, Vec<Vec4>, Vec<Light>, Vec<u32>, Vec<Vec4>);
+
+pub fn add_lobes(s: &Samples) -> Case<LobeParams, AddLobes> {
+    let lights = copy(&s.world.lights);
+    let count = lights.len() as u32;
+    let params = LobeParams { light_count: count, lights: count, sides: COUNT, ..Default::default() };
+    let words = COUNT * (1 + 2 * count);
+    map(params, (copy(&s.surfaces), copy(&s.gloss), lights, vec![!0; COUNT as usize], vectors(words)), words)
+}
+
 pub fn sum_voxels(s: &Samples) -> Case<GridParams, (Vec<u32>, Vec<Proxy>, Vec<Vec4>)> {
     let (p, lit) = (&s.filter.proxies, &s.filter.lit);
-    map(p.grid, (copy(&p.starts), s.filter.proxies(), copy(&lit.radiance)), p.grid.dims.w)
+    let params = GridParams { lights: lit.lights, ..p.grid };
+    map(params, (copy(&p.starts), s.filter.proxies(), copy(&lit.radiance)), p.grid.dims.w)
 }
 
 type MarchRays = (Vec<Surface>, Vec<Vec4>, Vec<u32>, Vec<u32>, Vec<Proxy>);
 
 pub fn march_rays(s: &Samples) -> Case<MarchParams, MarchRays> {
-    let p = &s.filter.proxies;
+    let cells = s.filter.cells();
     let surfaces = (copy(&s.surfaces), copy(&s.gloss));
-    let inputs = (surfaces.0, surfaces.1, copy(&p.pair_starts), copy(&p.pairs), s.filter.proxies());
+    let inputs = (surfaces.0, surfaces.1, copy(&cells.starts), copy(&cells.pairs), s.filter.proxies());
     map(s.filter.march, inputs, COUNT * RAYS)
 }
 
@@ -246,6 +263,8 @@ fn gather_params(s: &Samples) -> GatherVoxelsParams {
         flags: GATHER_SHARE,
         trust: 2.0,
         disc_radius: s.filter.proxies.radius,
+        lights: s.filter.lit.lights,
+        sides: 2 * s.filter.proxies.count(),
         ..Default::default()
     }
 }
@@ -270,9 +289,9 @@ pub fn gather_specular(s: &Samples) -> Case<GatherVoxelsParams, GatherSpecular> 
 type DrawProxies = (Vec<GridParams>, Vec<u32>, Vec<u32>, Vec<Proxy>, Vec<Vec4>);
 
 pub fn draw_proxies(s: &Samples) -> Case<CameraParams, DrawProxies> {
-    let p = &s.filter.proxies;
-    let pairs = (copy(&p.pair_starts), copy(&p.pairs));
-    let inputs = (vec![p.cells], pairs.0, pairs.1, s.filter.proxies(), copy(&s.filter.lit.radiance));
+    let cells = s.filter.cells();
+    let pairs = (copy(&cells.starts), copy(&cells.pairs));
+    let inputs = (vec![cells.grid], pairs.0, pairs.1, s.filter.proxies(), copy(&s.filter.lit.radiance));
     map(s.camera, inputs, COUNT)
 }
 

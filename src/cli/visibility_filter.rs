@@ -63,6 +63,9 @@ pub(crate) struct VisibilityFilterOptions {
     /// What the coarse pixels' rays meet
     #[arg(long)]
     meet: Option<MeetChoice>,
+    /// Whether glossy proxies mirror lights onto what sees them
+    #[arg(long, value_name = "BOOL")]
+    proxy_gloss: Option<bool>,
     /// What chooses the rays' directions
     #[arg(long)]
     anchor: Option<AnchorChoice>,
@@ -163,6 +166,7 @@ impl VisibilityFilterOptions {
         s.near_range = self.near_range.or(s.near_range);
         set(&mut s.trust, self.trust);
         set(&mut s.light_map, self.light_map);
+        set(&mut s.proxy_gloss, self.proxy_gloss);
         set(&mut s.depth_deviation, self.depth_deviation);
         set(&mut s.normal_deviation, self.normal_deviation);
         set(&mut s.specular_deviation, self.specular_deviation);

@@ -45,9 +45,13 @@ fn every_pass_is_exact_on_the_cornell_box() {
         "{json}"
     );
     assert!(
-        ["march_rays", "filter_lists", "gather_diffuse", "upsample"].iter().all(|p| of(p) == 1),
+        ["overlap_pairs", "trace_rays", "filter_lists", "gather_diffuse", "upsample"]
+            .iter()
+            .all(|p| of(p) == 1),
         "{json}"
     );
+    let discs = succeed(folder.path(), &[&options[..], &["--meet", "proxies", "--json"]].concat()).json();
+    assert!(discs["passes"].as_array().unwrap().iter().any(|p| p["pass"] == "march_rays"), "{discs}");
     let text = succeed(folder.path(), &options).out;
     assert_eq!(text.lines().filter(|l| l.ends_with(" yes")).count(), passes.len(), "{text}");
     assert!(!text.contains(" NO"), "{text}");

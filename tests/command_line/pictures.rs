@@ -159,7 +159,7 @@ fn the_visibility_filter_shows_its_stages_counts_and_error() {
         with(&[&["--technique", "visibility-filter"], more].concat())
     }
     let ran = succeed(folder.path(), &filter(&["-o", "a.exr", "--only", "indirect"]));
-    for word in ["voxelisation", "  march_rays", "illumination", "proxies", "wrote a.exr"] {
+    for word in ["voxelisation", "  trace_rays", "illumination", "proxies", "wrote a.exr"] {
         assert!(ran.out.contains(word), "{word:?} is not in {}", ran.out);
     }
     let again = ["-o", "b.exr", "--only", "indirect", "--against", "a.exr", "--json"];

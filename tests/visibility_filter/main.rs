@@ -17,6 +17,7 @@ use twinlight::picture::Picture;
 use twinlight::scene::Scene;
 use twinlight::technique::visibility_filter::{self, Counts, Lit, Proxies, VisibilityFilter};
 use twinlight::technique::{Inspection, Job, LightPart, Rendered, View, World};
+use twinlight_kernels::passes::elements::GridParams;
 use twinlight_kernels::sampling::hash::{hash, unit_float};
 
 fn cpu() -> Cpu {
@@ -31,15 +32,27 @@ struct Built {
     lit: Lit<Cpu>,
 }
 
+/// The grid of discs, and its lists on the host.
+struct Discs {
+    grid: GridParams,
+    starts: Vec<u32>,
+    pairs: Vec<u32>,
+}
+
 impl Built {
     fn new(scene: &Scene, settings: &VisibilityFilter) -> Self {
         let mut cpu = cpu();
         let world = World::upload(&mut cpu, scene, &tree(scene), false).unwrap();
-        let proxies = Proxies::build(&mut cpu, &world, settings, 1).unwrap();
+        let proxies = Proxies::build(&mut cpu, &world, settings, 1, true).unwrap();
         let job = Job::default();
         let mut seen = Inspection::new(&job, 1, 1);
         let lit = Lit::light(&mut cpu, &world, &proxies, settings, &job, &mut seen).unwrap();
         Self { cpu, world, proxies, lit }
+    }
+
+    fn discs(&self) -> Discs {
+        let c = self.proxies.cells.as_ref().unwrap();
+        Discs { grid: c.grid, starts: self.cpu.download(&c.starts), pairs: self.cpu.download(&c.pairs) }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Do rays through the cells meet the discs that a look at every disc finds?
 
-use crate::{Built, Random};
+use crate::{Built, Discs, Random};
 use glam::Vec3;
 use twinlight::scene::Scene;
 use twinlight::technique::visibility_filter::VisibilityFilter;
@@ -47,12 +47,11 @@ fn a_walk_through_cells_finds_the_nearest_disc() {
     let scene = Scene::open("cornell-box").unwrap();
     let b = Built::new(&scene, &VisibilityFilter { proxies: 3_000, overlap: 1.5, ..Default::default() });
     let proxies = b.cpu.download(&b.proxies.proxies);
-    let pairs = b.cpu.download(&b.proxies.pairs);
-    let starts = b.cpu.download(&b.proxies.pair_starts);
-    let trace = |ray: &ProxyRay| trace_proxies(&b.proxies.cells, &starts, &pairs, &proxies, ray);
+    let Discs { grid, starts, pairs } = b.discs();
+    let trace = |ray: &ProxyRay| trace_proxies(&grid, &starts, &pairs, &proxies, ray);
     let mut random = Random(11);
     let (mut met, mut by_centres) = (0, 0);
-    let (centres, centre_starts) = by_centre(&b.proxies.cells, &proxies);
+    let (centres, centre_starts) = by_centre(&grid, &proxies);
     for i in 0..6_000 {
         let from_surface = i % 2 == 0;
         let p = &proxies[(random.next() * proxies.len() as f32) as usize];
@@ -79,7 +78,7 @@ fn a_walk_through_cells_finds_the_nearest_disc() {
             assert_eq!(hit.t, expected, "{ray:?}");
         }
         // Negative control: discs listed in the cell of their centre alone.
-        let lost = trace_proxies(&b.proxies.cells, &centre_starts, &centres, &proxies, &ray);
+        let lost = trace_proxies(&grid, &centre_starts, &centres, &proxies, &ray);
         by_centres += u32::from(lost.t != hit.t);
     }
     assert!(by_centres > 300, "only {by_centres} rays miss what reaches over a border");

@@ -1,7 +1,7 @@
 //! Do proxies stand for area without preference, cover it, and receive the light that reaches the scene?
 
 use crate::support::*;
-use crate::{Built, Random};
+use crate::{Built, Discs, Random};
 use glam::{Vec3, Vec4};
 use std::f64::consts::PI;
 use twinlight::scene::{Scene, light};
@@ -135,8 +135,8 @@ fn slipping(overlap: f32) -> f64 {
     room(&mut closed, v(1.0, 1.0, 1.0), 0.0, grey(0.5));
     let settings = VisibilityFilter { proxies: 20_000, overlap, ..Default::default() };
     let mut b = Built::new(&closed, &settings);
-    let (proxies, starts, pairs) =
-        (downloaded(&mut b), b.cpu.download(&b.proxies.pair_starts), b.cpu.download(&b.proxies.pairs));
+    let proxies = downloaded(&mut b);
+    let Discs { grid, starts, pairs } = b.discs();
     let mut random = Random(9);
     let rays = 40_000;
     let missed = (0..rays)
@@ -146,13 +146,7 @@ fn slipping(overlap: f32) -> f64 {
                 direction: random.direction(),
                 side: 0.0,
             };
-            let hit = passes::visibility_filter::march::trace_proxies(
-                &b.proxies.cells,
-                &starts,
-                &pairs,
-                &proxies,
-                &ray,
-            );
+            let hit = passes::visibility_filter::march::trace_proxies(&grid, &starts, &pairs, &proxies, &ray);
             hit.proxy == u32::MAX
         })
         .count();
@@ -180,7 +174,7 @@ fn holes_of_a_material_have_no_proxies() {
     s.lights = vec![light::point(v(0.0, 2.0, 0.0), Vec3::ONE)];
     let mut b = Built::new(&s, &VisibilityFilter { proxies: 2_000, ..Default::default() });
     let proxies = downloaded(&mut b);
-    let pairs = b.cpu.download(&b.proxies.pairs);
+    let pairs = b.discs().pairs;
     let in_hole = |p: &Proxy| p.triangle >= 2;
     assert!(proxies.iter().filter(|p| in_hole(p)).count() > 500);
     for p in &proxies {

@@ -1,7 +1,7 @@
 //! Is every proxy where its voxel says, and does a voxel send out what its proxies do?
 
 use crate::support::*;
-use crate::{Built, Random};
+use crate::{Built, Discs, Random};
 use glam::{DVec3, UVec3, Vec3, Vec4};
 use twinlight::scene::{Scene, light};
 use twinlight::technique::visibility_filter::{Gather, VisibilityFilter};
@@ -44,10 +44,8 @@ fn proxies_stand_in_the_order_of_their_voxels() {
 #[test]
 fn every_cell_that_a_disc_touches_names_it() {
     let b = built(Gather::Share);
-    let cells = b.proxies.cells;
+    let Discs { grid: cells, starts, pairs } = b.discs();
     let proxies = b.cpu.download(&b.proxies.proxies);
-    let pairs = b.cpu.download(&b.proxies.pairs);
-    let starts = b.cpu.download(&b.proxies.pair_starts);
     let mut random = Random(4);
     let names = |cell: u32, proxy: u32| {
         let range = starts[cell as usize]..starts[cell as usize + 1];
@@ -171,7 +169,7 @@ fn the_grid_holds_the_scene_whatever_its_shape() {
         let corners = [v(-1.0, 0.0, 1.0), v(1.0, 0.0, 1.0), v(1.0, 0.0, -1.0), v(-1.0, 0.0, -1.0)];
         quad(&mut s, corners.map(|c| v(c.x, c.z, c.z) * half + Vec3::splat(at)), grey(0.5));
         let b = Built::new(&s, &VisibilityFilter { proxies: 500, ..Default::default() });
-        let (grid, cells) = (b.proxies.grid, b.proxies.cells);
+        let (grid, cells) = (b.proxies.grid, b.discs().grid);
         for p in b.cpu.download(&b.proxies.proxies) {
             for g in [grid, cells] {
                 let local = (p.position.truncate() - g.lower.truncate()) * g.inverse_size.truncate();

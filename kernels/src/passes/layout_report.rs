@@ -12,6 +12,7 @@ use crate::passes::scene::{Light, Material, Triangle};
 use crate::passes::surface::{CameraParams, Surface};
 use crate::passes::upsample::UpsampleParams;
 use crate::passes::visibility_filter::gather_voxels::GatherVoxelsParams;
+use crate::passes::visibility_filter::gloss::LobeParams;
 use crate::passes::visibility_filter::grid::{GridParams, Voxel};
 use crate::passes::visibility_filter::list::{ListHeader, ListParams};
 use crate::passes::visibility_filter::march::MarchParams;
@@ -83,10 +84,10 @@ layout_words! {
     Evaluation { numbers, words }
     ShVector { c0, c4, c8, c12, c16, c20, c24 }
     Proxy { position, normal, triangle, u, v }
-    GridParams { lower, inverse_size, dims, proxies, pairs, weighted }
+    GridParams { lower, inverse_size, dims, proxies, pairs, weighted, lights }
     Voxel {
         centroid, right_area, right_light, left_area, left_light, up_area, up_light, down_area, down_light,
-        near_area, near_light, far_area, far_light, begin, end, lit, mean_area
+        near_area, near_light, far_area, far_light, begin, end, lit, mean_area, glossy
     }
     ListHeader { position, normal }
     ProxyParams { density, radius, cells_per_length, seed, triangles, proxies }
@@ -100,8 +101,10 @@ layout_words! {
     }
     GatherVoxelsParams {
         eye, width, first_pixel, coarse_width, coarse_height, scale_x, scale_y, near_range, depth_deviation,
-        normal_deviation, specular_deviation, capacity, flags, clamp, trust, disc_radius
+        normal_deviation, specular_deviation, capacity, flags, clamp, trust, disc_radius, lights,
+        sides
     }
+    LobeParams { first_light, light_count, lights, sides }
     UpsampleParams { width, first_pixel, coarse_width, coarse_height, scale_x, scale_y }
     LightMapParams { origin, right, down, forward, projection, size, light, texel, bias }
 }

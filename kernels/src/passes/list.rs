@@ -149,6 +149,11 @@ macro_rules! for_each_pass {
                 Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 1e-3 };
             /// Sides of proxies before any light, with their openness.
             map dark_sides(GridParams; 1 openness: f32) -> 2 radiance: Vec4, Tolerance::Exact;
+            // As for shade_diffuse, times the height of a lobe.
+            /// Lobes of the lights that glossy sides mirror, behind the sides' radiance.
+            map add_lobes(LobeParams; 1 surfaces: Surface, 2 gloss: Vec4, 3 lights: Light, 4 visibility: u32,
+                5 previous: Vec4) -> 6 radiance: Vec4,
+                Tolerance::Relative { relative: 1e-3, absolute: 5e-5, flips: 0.0 };
             /// What each voxel sends out.
             map sum_voxels(GridParams; 1 starts: u32, 2 proxies: Proxy, 3 radiance: Vec4) -> 4 voxels: Voxel,
                 Tolerance::Relative { relative: 1e-4, absolute: 1e-5, flips: 0.0 };

@@ -56,6 +56,7 @@ pub use surface::{resolve_emission, resolve_gloss, resolve_surfaces, trace_prima
 pub use upsample::upsample;
 pub use visibility_filter::gather_reflection::gather_specular;
 pub use visibility_filter::gather_voxels::gather_diffuse;
+pub use visibility_filter::gloss::add_lobes;
 pub use visibility_filter::grid::{
     cell_starts, dark_sides, overlap_counts, overlap_pairs, proxy_keys, reorder_proxies, sum_voxels,
 };
@@ -82,6 +83,7 @@ pub mod elements {
     pub use super::surface::{CameraParams, Surface};
     pub use super::upsample::UpsampleParams;
     pub use super::visibility_filter::gather_voxels::GatherVoxelsParams;
+    pub use super::visibility_filter::gloss::LobeParams;
     pub use super::visibility_filter::grid::{GridParams, Voxel};
     pub use super::visibility_filter::list::{ListHeader, ListParams};
     pub use super::visibility_filter::march::MarchParams;

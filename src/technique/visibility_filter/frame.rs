@@ -112,6 +112,8 @@ fn gather<B: Backend>(
         flags: if settings.gather == Gather::Share { GATHER_SHARE } else { 0 },
         trust: settings.trust,
         disc_radius: p.radius,
+        lights: lit.lights,
+        sides: 2 * p.count(),
         clamp: match settings.clamp {
             Clamp::Disc => CLAMP_DISC,
             Clamp::Radius => CLAMP_RADIUS,
@@ -206,14 +208,14 @@ fn dump_voxels<B: Backend>(
     g: &GBuffer<B>,
     seen: &mut Inspection<'_>,
 ) -> Result<(), BackendError> {
-    if seen.wants("proxies") {
-        let grid = backend.upload("cells", &[p.cells])?;
+    if let Some(cells) = p.cells.as_ref().filter(|_| seen.wants("proxies")) {
+        let grid = backend.upload("cells", &[cells.grid])?;
         let mut discs = backend.alloc("discs", g.count() as usize)?;
         backend.draw_proxies(
             &g.params,
             &grid,
-            &p.pair_starts,
-            &p.pairs,
+            &cells.starts,
+            &cells.pairs,
             &p.proxies,
             &lit.radiance,
             &mut discs,

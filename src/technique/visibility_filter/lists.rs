@@ -44,8 +44,8 @@ impl<B: Backend> Lists<B> {
         let gloss = g.gloss.as_ref().unwrap_or(&none);
         let march = MarchParams {
             lower: p.grid.lower,
-            cell_inverse_size: p.cells.inverse_size,
-            cell_dims: p.cells.dims,
+            cell_inverse_size: p.cells.as_ref().map_or_else(Default::default, |c| c.grid.inverse_size),
+            cell_dims: p.cells.as_ref().map_or_else(Default::default, |c| c.grid.dims),
             voxel_inverse_size: p.grid.inverse_size,
             voxel_dims: p.grid.dims,
             eye: g.params.eye,
@@ -59,18 +59,18 @@ impl<B: Backend> Lists<B> {
         let rays = pixels * (settings.rays + lobe_rays);
         let mut voxels = backend.alloc("ray voxels", rays as usize)?;
         let w = world;
-        match settings.visibility {
-            Visibility::Proxies => backend.march_rays(
+        match &p.cells {
+            Some(cells) if settings.visibility == Visibility::Proxies => backend.march_rays(
                 &march,
                 &g.surfaces,
                 gloss,
-                &p.pair_starts,
-                &p.pairs,
+                &cells.starts,
+                &cells.pairs,
                 &p.proxies,
                 &mut voxels,
                 rays,
             )?,
-            Visibility::Triangles => backend.trace_rays(
+            _ => backend.trace_rays(
                 &march,
                 &g.surfaces,
                 gloss,
@@ -128,7 +128,7 @@ impl<B: Backend> Lists<B> {
         let dropped = words.chunks_exact(stride).map(|list| list[2]);
         Ok(Counts {
             proxies: p.count(),
-            pairs: p.cells.pairs,
+            pairs: p.cells.as_ref().map_or(0, |c| c.grid.pairs),
             capacity: self.capacity,
             full_lists: dropped.clone().filter(|&d| d > 0).count() as u32,
             dropped: dropped.map(u64::from).sum(),

@@ -2,18 +2,21 @@
 
 use super::{Gather, Proxies, VisibilityFilter};
 use crate::backend::{Backend, BackendError};
+use crate::error::SettingsError;
 use crate::technique::{Inspection, Job, World, light_map};
 use glam::Vec4;
-use twinlight_kernels::passes::elements::{GatherParams, GridParams, LightParams, Voxel};
+use twinlight_kernels::passes::elements::{GatherParams, GridParams, LightParams, LobeParams, Voxel};
 use twinlight_kernels::passes::gather::GATHER_EMISSION;
 use twinlight_kernels::passes::light::LIGHTS_PER_WORD;
 
 /// The proxies as lights. They change with the lights.
 pub struct Lit<B: Backend> {
-    /// Radiance of each proxy's front and back.
+    /// Radiance of each proxy's front and back, with the side's openness in w; lobes behind, see `add_lobes`.
     pub radiance: B::Buffer<Vec4>,
     /// What each voxel sends out.
     pub voxels: B::Buffer<Voxel>,
+    /// Lights whose lobes stand behind the radiance; 0 without gloss.
+    pub lights: u32,
 }
 
 impl<B: Backend> Lit<B> {
@@ -28,9 +31,12 @@ impl<B: Backend> Lit<B> {
     ) -> Result<Self, BackendError> {
         let w = world;
         let sides = 2 * p.count();
-        let mut radiance = backend.alloc("proxy radiance", sides as usize)?;
+        let lights = if w.has_gloss && settings.proxy_gloss { w.light_count } else { 0 };
+        let words = word_count(sides, lights)?;
+        let mut radiance = backend.alloc("proxy radiance", words as usize)?;
         backend.dark_sides(&p.grid, &p.openness, &mut radiance, sides)?;
-        let mut next = backend.alloc("proxy radiance", sides as usize)?;
+        let mut next = backend.alloc("proxy radiance", words as usize)?;
+        let mut runs = Vec::new();
         for first_light in (0..w.light_count).step_by(LIGHTS_PER_WORD as usize) {
             let light_count = LIGHTS_PER_WORD.min(w.light_count - first_light);
             let params = LightParams { first_light, light_count, ..Default::default() };
@@ -55,6 +61,9 @@ impl<B: Backend> Lit<B> {
             };
             backend.shade_diffuse(&params, &p.surfaces, &w.lights, &visible, &radiance, &mut next, sides)?;
             std::mem::swap(&mut radiance, &mut next);
+            if lights > 0 {
+                runs.push((LobeParams { first_light, light_count, lights, sides }, visible));
+            }
         }
         if w.has_environment || w.emits {
             let flags = if w.emits { GATHER_EMISSION } else { 0 };
@@ -73,11 +82,43 @@ impl<B: Backend> Lit<B> {
             )?;
             std::mem::swap(&mut radiance, &mut next);
         }
+        if lights > 0 {
+            let mut gloss = backend.alloc("proxy gloss", sides as usize)?;
+            let camera = Default::default();
+            backend.resolve_gloss(&camera, &p.surfaces, &w.materials, &w.texels, &mut gloss, sides)?;
+            for (params, visible) in runs {
+                backend.add_lobes(
+                    &params,
+                    &p.surfaces,
+                    &gloss,
+                    &w.lights,
+                    &visible,
+                    &radiance,
+                    &mut next,
+                    words,
+                )?;
+                std::mem::swap(&mut radiance, &mut next);
+            }
+        }
         seen.check(backend, "proxy radiance", &radiance)?;
         let mut voxels = backend.alloc("voxels", p.grid.dims.w as usize)?;
-        let grid = GridParams { weighted: u32::from(settings.gather == Gather::Share), ..p.grid };
+        let grid = GridParams { weighted: u32::from(settings.gather == Gather::Share), lights, ..p.grid };
         backend.sum_voxels(&grid, &p.starts, &p.proxies, &radiance, &mut voxels, p.grid.dims.w)?;
         seen.check(backend, "voxels", &voxels)?;
-        Ok(Self { radiance, voxels })
+        Ok(Self { radiance, voxels, lights })
     }
+}
+
+/// Words of four for the sides and two for each of their lobes.
+fn word_count(sides: u32, lights: u32) -> Result<u32, BackendError> {
+    let words = u64::from(sides) * (1 + 2 * u64::from(lights));
+    u32::try_from(words).ok().filter(|&w| w <= 1 << 28).ok_or_else(|| {
+        BackendError::Settings(SettingsError {
+            knob: "proxies",
+            reason: format!(
+                "{sides} sides that mirror {lights} lights need {words} words, over {}; lower proxies or turn proxy-gloss off",
+                1u32 << 28
+            ),
+        })
+    })
 }

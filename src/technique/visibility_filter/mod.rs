@@ -10,7 +10,7 @@ mod proxies;
 mod settings;
 
 pub use lit::Lit;
-pub use proxies::Proxies;
+pub use proxies::{Cells, Proxies};
 pub use settings::{
     Anchor, Clamp, Gather, MAX_PIXELS, MAX_PROXIES, MAX_RAYS, MAX_VOXELS, Visibility, VisibilityFilter,
 };
@@ -40,7 +40,7 @@ pub const DUMPS: [&str; 13] = [
 pub struct Counts {
     /// Proxies on the scene.
     pub proxies: u32,
-    /// Proxies times the voxels that each overlaps.
+    /// Proxies times the cells that each disc reaches into; 0 where no ray meets discs.
     pub pairs: u32,
     /// Voxels that a list has room for.
     pub capacity: u32,
@@ -66,7 +66,8 @@ pub fn render<B: Backend>(
     let mut lit_proxies = None;
     if job.light != LightPart::Direct {
         backend.set_stage("voxelisation");
-        let proxies = Proxies::build(backend, world, settings, job.seed)?;
+        let discs = settings.visibility == Visibility::Proxies || seen.wants("proxies");
+        let proxies = Proxies::build(backend, world, settings, job.seed, discs)?;
         backend.set_stage("lighting");
         let lit = Lit::light(backend, world, &proxies, settings, job, &mut seen)?;
         lit_proxies = Some((proxies, lit));

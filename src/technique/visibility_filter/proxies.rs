@@ -11,16 +11,12 @@ use twinlight_kernels::passes::elements::{GatherParams, GridParams, Proxy, Proxy
 pub struct Proxies<B: Backend> {
     /// The voxels.
     pub grid: GridParams,
-    /// The finer grid that rays walk through.
-    pub cells: GridParams,
+    /// The finer grid that rays walk through; only where discs are met or drawn.
+    pub cells: Option<Cells<B>>,
     /// Proxies in the order of the voxel of their centre.
     pub proxies: B::Buffer<Proxy>,
     /// Where each voxel's proxies begin, with one element more.
     pub starts: B::Buffer<u32>,
-    /// Pairs (cell, proxy) of all cells that discs overlap, sorted.
-    pub pairs: B::Buffer<u32>,
-    /// Where each cell's pairs begin, with one element more.
-    pub pair_starts: B::Buffer<u32>,
     /// Each proxy's front and back.
     pub surfaces: B::Buffer<Surface>,
     /// How open each front and back is within a voxel's diagonal: of surfaces behind each other in one voxel, one is
@@ -30,6 +26,16 @@ pub struct Proxies<B: Backend> {
     pub radius: f32,
     /// Voxels with a proxy's centre in them: what a ray can meet.
     pub occupied: u32,
+}
+
+/// Which discs reach into which cell of a finer grid.
+pub struct Cells<B: Backend> {
+    /// The grid.
+    pub grid: GridParams,
+    /// Pairs (cell, proxy) of all cells that discs overlap, sorted.
+    pub pairs: B::Buffer<u32>,
+    /// Where each cell's pairs begin, with one element more.
+    pub starts: B::Buffer<u32>,
 }
 
 /// The most cells for rays to walk through: 16 MiB of starts.
@@ -79,13 +85,35 @@ fn key_bits(grid: &GridParams) -> u32 {
     32 - grid.dims.w.leading_zeros()
 }
 
+impl<B: Backend> Cells<B> {
+    fn build(
+        backend: &mut B,
+        mut grid: GridParams,
+        proxies: &B::Buffer<Proxy>,
+        count: u32,
+    ) -> Result<Self, BackendError> {
+        grid.proxies = count;
+        let mut overlaps = backend.alloc("overlap counts", count as usize)?;
+        backend.overlap_counts(&grid, proxies, &mut overlaps, count)?;
+        let overlap_starts = exclusive_scan(backend, &overlaps, count)?;
+        grid.pairs = total(backend, &overlap_starts, &overlaps)?;
+        let mut pairs = backend.alloc("overlap pairs", 2 * grid.pairs as usize)?;
+        backend.overlap_pairs(&grid, &overlap_starts, proxies, &mut pairs, 2 * grid.pairs)?;
+        let pairs = sort_pairs(backend, pairs, key_bits(&grid))?;
+        let mut starts = backend.alloc("pair starts", grid.dims.w as usize + 1)?;
+        backend.cell_starts(&grid, &pairs, &mut starts, grid.dims.w + 1)?;
+        Ok(Self { grid, pairs, starts })
+    }
+}
+
 impl<B: Backend> Proxies<B> {
-    /// Makes the proxies and sorts them.
+    /// Makes the proxies and sorts them; `with_cells` if their discs are to be met or drawn.
     pub fn build(
         backend: &mut B,
         world: &World<B>,
         settings: &VisibilityFilter,
         seed: u32,
+        with_cells: bool,
     ) -> Result<Self, BackendError> {
         let density = f64::from(settings.proxies) / world.area.max(1.0e-30);
         let radius = (f64::from(settings.overlap) / (std::f64::consts::PI * density)).sqrt() as f32;
@@ -128,17 +156,11 @@ impl<B: Backend> Proxies<B> {
             2 * count,
         )?;
 
-        let mut cells = cells(&w.bounds, radius);
-        cells.proxies = count;
-        let mut overlaps = backend.alloc("overlap counts", count as usize)?;
-        backend.overlap_counts(&cells, &proxies, &mut overlaps, count)?;
-        let overlap_starts = exclusive_scan(backend, &overlaps, count)?;
-        cells.pairs = total(backend, &overlap_starts, &overlaps)?;
-        let mut pairs = backend.alloc("overlap pairs", 2 * cells.pairs as usize)?;
-        backend.overlap_pairs(&cells, &overlap_starts, &proxies, &mut pairs, 2 * cells.pairs)?;
-        let pairs = sort_pairs(backend, pairs, key_bits(&cells))?;
-        let mut pair_starts = backend.alloc("pair starts", cells.dims.w as usize + 1)?;
-        backend.cell_starts(&cells, &pairs, &mut pair_starts, cells.dims.w + 1)?;
+        let cells = if with_cells {
+            Some(Cells::build(backend, cells(&w.bounds, radius), &proxies, count)?)
+        } else {
+            None
+        };
         let occupied = backend.download(&starts)?.windows(2).filter(|w| w[0] < w[1]).count() as u32;
         let reach = grid.inverse_size.truncate().recip().length();
         let open = GatherParams { rays: OPENNESS_RAYS, seed, reach, ..Default::default() };
@@ -154,7 +176,7 @@ impl<B: Backend> Proxies<B> {
             &mut openness,
             2 * count,
         )?;
-        Ok(Self { grid, cells, proxies, starts, pairs, pair_starts, surfaces, openness, radius, occupied })
+        Ok(Self { grid, cells, proxies, starts, surfaces, openness, radius, occupied })
     }
 
     /// Number of proxies.

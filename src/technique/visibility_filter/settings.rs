@@ -29,7 +29,7 @@ pub enum Clamp {
 pub enum Visibility {
     /// Discs, as in the paper.
     Proxies,
-    /// The scene's triangles: what the discs approximate.
+    /// The scene's triangles, which the discs approximate: no holes, no rims.
     Triangles,
 }
 
@@ -82,6 +82,8 @@ pub struct VisibilityFilter {
     pub light_map: u32,
     /// What the rays meet.
     pub visibility: Visibility,
+    /// Whether glossy proxies mirror point, spot and sun lights onto what sees them. Without, that light is missing.
+    pub proxy_gloss: bool,
     /// What chooses their directions.
     pub anchor: Anchor,
     /// Standard deviation of the distance from a pixel's plane in w_G, as a share of the distance from the eye.
@@ -111,7 +113,8 @@ impl Default for VisibilityFilter {
             trust: 2.0,
             clamp: Clamp::Disc,
             light_map: 0,
-            visibility: Visibility::Proxies,
+            visibility: Visibility::Triangles,
+            proxy_gloss: true,
             anchor: Anchor::Pixel,
             depth_deviation: 0.01,
             normal_deviation: 0.1,
@@ -148,6 +151,8 @@ impl VisibilityFilter {
             illumination: Some((256, 256)),
             light_map: 256,
             filter: (3, 3),
+            visibility: Visibility::Proxies,
+            proxy_gloss: false,
             ..Self::default()
         };
         let cornell = Self { proxies: 24_000, grid: [6; 3], ..paper.clone() };
@@ -273,6 +278,7 @@ mod tests {
     fn the_papers_settings_are_accepted_and_others_refused() {
         for name in VisibilityFilter::PRESETS {
             let settings = VisibilityFilter::preset(name).unwrap();
+            assert!(settings.visibility == Visibility::Proxies && !settings.proxy_gloss);
             settings.check(512, 512).unwrap();
             assert_eq!((settings.filter, settings.light_map), ((3, 3), 256));
         }

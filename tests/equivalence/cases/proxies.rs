@@ -28,6 +28,11 @@ pub(super) struct Proxied {
     pub(super) overlap_starts: Vec<u32>,
     pub(super) pairs: Vec<u32>,
     pub(super) pair_starts: Vec<u32>,
+    pub(super) surfaces: Vec<Surface>,
+    pub(super) gloss: Vec<Vec4>,
+    pub(super) visible: Vec<u32>,
+    pub(super) lobes: LobeParams,
+    /// The sides' radiance, and the lobes behind.
     pub(super) radiance: Vec<Vec4>,
 }
 
@@ -70,6 +75,7 @@ impl Proxied {
             proxies: count,
             pairs: count,
             weighted: 1,
+            lights: world.lights.len() as u32,
             ..Default::default()
         };
         let keys: Vec<u32> = (0..2 * count).map(|i| passes::proxy_keys(i, &grid, &unsorted)).collect();
@@ -87,9 +93,20 @@ impl Proxied {
         let pair_starts = (0..=dims.w).map(|i| passes::cell_starts(i, &cells, &pairs)).collect();
         let holes = proxies.iter().filter(|p| p.position.w == 0.0).count();
         assert!(count > 100 && holes > 0 && holes < count as usize / 2, "{count} proxies, {holes} in holes");
-        let radiance = (0..2 * count)
+        let sides = 2 * count;
+        let mut radiance: Vec<Vec4> = (0..sides)
             .map(|_| if draw.rarely(3) { Vec4::W } else { draw.units().truncate().extend(draw.unit()) })
             .collect();
+        radiance.resize((sides * (1 + 2 * grid.lights)) as usize, Vec4::ZERO);
+        let surface = |i| passes::proxy_surfaces(i, &params, &proxies, tris, mats, texels);
+        let surfaces: Vec<Surface> = (0..sides).map(surface).collect();
+        let gloss: Vec<Vec4> = (0..sides)
+            .map(|i| passes::resolve_gloss(i, &CameraParams::default(), &surfaces, mats, texels))
+            .collect();
+        let visible: Vec<u32> = (0..sides).map(|_| draw.word()).collect();
+        let lobes = LobeParams { first_light: 0, light_count: grid.lights, lights: grid.lights, sides };
+        let one = |i| passes::add_lobes(i, &lobes, &surfaces, &gloss, &world.lights, &visible, &radiance);
+        radiance = (0..radiance.len() as u32).map(one).collect();
         Self {
             world,
             params,
@@ -103,6 +120,10 @@ impl Proxied {
             overlap_starts,
             pairs,
             pair_starts,
+            surfaces,
+            gloss,
+            visible,
+            lobes,
             radiance,
         }
     }
@@ -218,6 +239,30 @@ pub fn dark_sides(draw: &mut Draw) -> Vec<case::dark_sides> {
     let openness: Vec<f32> = (0..500).map(|_| draw.unit()).collect();
     let launch = Launch::new("500 sides", 500, 499);
     vec![case::dark_sides { params: GridParams::default(), launch, openness }]
+}
+
+/// All lights at once, and the last of them on its own.
+pub fn add_lobes(draw: &mut Draw) -> Vec<case::add_lobes> {
+    Proxied::all(draw)
+        .into_iter()
+        .enumerate()
+        .map(|(i, p)| {
+            let words = p.radiance.len();
+            let lobes = p.radiance[p.lobes.sides as usize..].iter().skip(1).step_by(2);
+            let lit = lobes.filter(|v| v.x > 0.0).count();
+            assert!(lit > 20, "{lit} lobes are lit");
+            let first_light = if i == 0 { 0 } else { p.lobes.lights - 1 };
+            case::add_lobes {
+                launch: Launch::new(format!("from light {first_light}"), words, words as u32),
+                params: LobeParams { first_light, light_count: p.lobes.lights - first_light, ..p.lobes },
+                surfaces: p.surfaces,
+                gloss: p.gloss,
+                lights: p.world.lights,
+                visibility: p.visible,
+                previous: previous(draw).into_iter().cycle().take(words).collect(),
+            }
+        })
+        .collect()
 }
 
 pub fn sum_voxels(draw: &mut Draw) -> Vec<case::sum_voxels> {

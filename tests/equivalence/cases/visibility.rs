@@ -217,6 +217,9 @@ fn gather_params(c: &Coarse, flags: u32, clamp: u32, specular_deviation: f32) ->
         near_range: 1.5,
         trust: 2.0,
         disc_radius: 0.35,
+        // With and without lobes.
+        lights: if clamp == CLAMP_NONE || specular_deviation > 0.0 { 0 } else { c.p.grid.lights },
+        sides: c.p.lobes.sides,
         depth_deviation: 0.02,
         normal_deviation: 0.1,
         specular_deviation,

@@ -1,12 +1,13 @@
 //! How much light do the visible voxels send into a pixel's specular lobe? VF §3.3, eq. 7.
 
 use super::gather_voxels::GatherVoxelsParams;
+use super::gloss::blurred;
 use super::grid::Voxel;
 use super::list::ListHeader;
 use super::march::is_glossy;
 use super::merged_lists::{DONE, Lists, cells, weights};
 use super::proxy::Proxy;
-use super::seen::{see_proxy, see_voxel};
+use super::seen::{for_four, see_proxy, see_voxel};
 use crate::gaussian::{one_minus_cosine, specular_falloff};
 use crate::geometry::bvh::NO_TRIANGLE;
 use crate::math::{MIN_POSITIVE, PI, acos, div, dot, log2, max, min, normalize_or, pow_fast, rsqrt};
@@ -49,20 +50,10 @@ impl Lobe {
         }
     }
 
-    /// The exponent of the lobe as it falls on discs at a distance, given 1/distance.
-    ///
-    /// A lobe of exponent n has a variance of about 1/n, a disc of radius r that of a normal distribution of half its
-    /// radius, (r/2d)². Unblurred, a narrow lobe would see the gaps between proxies.
-    #[inline]
-    fn blurred(&self, inverse_distance: f32) -> f32 {
-        let blur = 0.5 * self.disc_radius * inverse_distance;
-        div(self.exponent, 1.0 + self.exponent * (blur * blur))
-    }
-
     /// The weight of a direction per solid angle, 1 in the middle of a distant lobe; 0 beyond the edge.
     #[inline]
     fn weight(&self, direction: Vec3, inverse_distance: f32) -> f32 {
-        let exponent = self.blurred(inverse_distance);
+        let exponent = blurred(self.exponent, self.disc_radius, inverse_distance);
         let gap = one_minus_cosine(self.mirror, direction);
         if !(exponent * gap < LOBE_EDGE) || !(gap < 1.0) {
             return 0.0;
@@ -88,7 +79,7 @@ impl Lobe {
         }
         let inverse = rsqrt(squared);
         // Of the nearest point, at least half as far.
-        let edge = max(1.0 - div(LOBE_EDGE, self.blurred(2.0 * inverse)), -1.0);
+        let edge = max(1.0 - div(LOBE_EDGE, blurred(self.exponent, self.disc_radius, 2.0 * inverse)), -1.0);
         // asin x ≤ π/2·x
         let half_angle = (0.5 * PI) * (radius * inverse);
         acos(dot(self.mirror, between) * inverse) <= acos(edge) + half_angle
@@ -142,15 +133,19 @@ pub fn gather_specular(
         light += seen.radiance * (member.weight * size);
         whole += member.weight * size;
         if lobe.reaches(from, v) {
-            for i in v.begin..v.end {
-                let seen = see_proxy(params, from, i, proxies, radiance);
-                let cosine = dot(seen.direction, normal);
-                if cosine > 0.0 {
-                    let weight = lobe.weight(seen.direction, seen.inverse_distance) * member.weight;
-                    let size = seen.size * seen.openness * (cosine * weight);
-                    light += seen.radiance * size;
-                    whole += size;
-                }
+            let mut i = v.begin;
+            while i < v.end {
+                for_four!(i, v.end, |at| {
+                    let seen = see_proxy(params, from, at, proxies, radiance);
+                    let cosine = dot(seen.direction, normal);
+                    if cosine > 0.0 {
+                        let weight = lobe.weight(seen.direction, seen.inverse_distance) * member.weight;
+                        let size = seen.size * seen.openness * (cosine * weight);
+                        light += seen.radiance * size;
+                        whole += size;
+                    }
+                });
+                i += 4;
             }
         }
         member = merged.take(lists);

@@ -13,7 +13,7 @@ use super::grid::Voxel;
 use super::list::ListHeader;
 use super::merged_lists::{DONE, Lists, Member, cells, weights};
 use super::proxy::Proxy;
-use super::seen::{is_near, see_proxy, see_voxel};
+use super::seen::{counts_singly, for_four, see_proxy, see_voxel};
 use crate::geometry::bvh::NO_TRIANGLE;
 use crate::math::{MIN_POSITIVE, div, dot, exp_minus_one, max};
 use crate::passes::surface::Surface;
@@ -65,8 +65,16 @@ gpu_struct! {
         pub trust: f32,
         /// Radius of the discs in metres: what a lobe cannot resolve.
         pub disc_radius: f32,
+        /// Lights whose mirrored lobes stand behind the sides' radiance; 0 if none do.
+        pub lights: u32,
+        /// Number of sides: twice the proxies.
+        pub sides: u32,
         /// Padding.
-        pub pad: u32,
+        pub pad0: u32,
+        /// Padding.
+        pub pad1: u32,
+        /// Padding.
+        pub pad2: u32,
     }
 }
 
@@ -150,18 +158,22 @@ fn voxel_light(
 ) -> (Vec3, f32) {
     let by_share = params.flags & GATHER_SHARE != 0;
     let least = if by_share { LEAST_COSINE } else { 0.0 };
-    if !is_near(params, from, v) {
+    if !counts_singly(params, from, v) {
         let seen = see_voxel(params, from, v);
         let size = seen.size * max(dot(seen.direction, normal), least);
         return (seen.radiance * size, size);
     }
-    let (mut light, mut whole) = (Vec3::ZERO, 0.0);
-    for i in v.begin..v.end {
-        let seen = see_proxy(params, from, i, proxies, radiance);
-        let openness = if by_share { seen.openness } else { 1.0 };
-        let size = seen.size * openness * max(dot(seen.direction, normal), least);
-        light += seen.radiance * size;
-        whole += size;
+    let mut sum = Vec4::ZERO;
+    let mut i = v.begin;
+    // Four at a time: a software driver ends all loops of a work item after 65 535 rounds.
+    while i < v.end {
+        for_four!(i, v.end, |at| {
+            let seen = see_proxy(params, from, at, proxies, radiance);
+            let openness = if by_share { seen.openness } else { 1.0 };
+            let size = seen.size * openness * max(dot(seen.direction, normal), least);
+            sum += (seen.radiance * size).extend(size);
+        });
+        i += 4;
     }
-    (light, whole)
+    (sum.truncate(), sum.w)
 }

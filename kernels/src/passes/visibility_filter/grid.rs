@@ -4,6 +4,7 @@
 //! grid that its disc overlaps: rays look there, since a disc that reaches over a border would else be invisible
 //! beyond it.
 
+use super::gloss::mirrors;
 use super::proxy::{Proxy, owner};
 use crate::math::{abs, div, dot, max, sqrt};
 use crate::sampling::voxel_hash::{encode, voxel_of};
@@ -28,8 +29,8 @@ gpu_struct! {
         pub pairs: u32,
         /// 1 if the sides of proxies count by their openness, 0 if all alike.
         pub weighted: u32,
-        /// Padding.
-        pub pad: u32,
+        /// Lights whose mirrored lobes stand behind the sides' radiance; 0 if none do.
+        pub lights: u32,
     }
 
     /// What a voxel sends out, and which proxies have their centre in it.
@@ -70,6 +71,14 @@ gpu_struct! {
         pub lit: u32,
         /// Mean area of the proxies, m².
         pub mean_area: f32,
+        /// Number of proxies that mirror a light: what they send is no low harmonic.
+        pub glossy: u32,
+        /// Padding.
+        pub pad0: u32,
+        /// Padding.
+        pub pad1: u32,
+        /// Padding.
+        pub pad2: u32,
     }
 }
 
@@ -202,7 +211,7 @@ fn facing(n: Vec3) -> usize {
 /// Returns what voxel `index` sends out: the sum over its proxies, VF eqs. 2 and 3.
 ///
 /// `starts` are the [`cell_starts`] of the proxies, `radiance` is that of each proxy's front and back with the side's
-/// openness in w. A proxy of area A is a Lambert emitter: intensity A·L·max(0, n·ω) on either side. Sides are summed in six
+/// openness in w, and the lobes of [`add_lobes`](super::gloss::add_lobes) behind. A proxy of area A is a Lambert emitter: intensity A·L·max(0, n·ω) on either side. Sides are summed in six
 /// groups by the axis that they face: two bands cannot tell the walls of a corner apart, and the lit outside of a dark
 /// room would shine into it. Summed in the order of the proxies, so neither threads nor a fixed-point scale show.
 #[inline]
@@ -218,7 +227,7 @@ pub fn sum_voxels(
     let mut groups = Groups { area: [Vec4::ZERO; 6], light: [Vec4::ZERO; 6] };
     let (mut by_power, mut power) = (Vec3::ZERO, 0.0);
     let (mut by_area, mut area) = (Vec3::ZERO, 0.0);
-    let mut lit = 0;
+    let (mut lit, mut glossy) = (0, 0);
     for i in begin..end {
         let p = &proxies[i as usize];
         let (position, normal, own) = (p.position.truncate(), p.normal.truncate(), p.normal.w);
@@ -231,8 +240,14 @@ pub fn sum_voxels(
         area += own;
         let sum = front + back;
         let own_power = ((sum.x + sum.y) + sum.z) * own;
-        if own_power > 0.0 {
+        let gloss = params.lights > 0 && mirrors(params, i, radiance);
+        if gloss {
+            glossy += 1;
+        }
+        if own_power > 0.0 || gloss {
             lit += 1;
+        }
+        if own_power > 0.0 {
             by_power += position * own_power;
             power += own_power;
         }
@@ -267,6 +282,10 @@ pub fn sum_voxels(
         end,
         lit,
         mean_area: if end > begin { div(area, (end - begin) as f32) } else { 0.0 },
+        glossy,
+        pad0: 0,
+        pad1: 0,
+        pad2: 0,
     }
 }
 

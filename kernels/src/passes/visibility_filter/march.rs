@@ -195,7 +195,7 @@ fn cells(params: &MarchParams) -> GridParams {
         proxies: 0,
         pairs: 0,
         weighted: 0,
-        pad: 0,
+        lights: 0,
     }
 }
 

@@ -7,6 +7,7 @@
 
 pub mod gather_reflection;
 pub mod gather_voxels;
+pub mod gloss;
 pub mod grid;
 pub mod list;
 pub mod march;

@@ -1,6 +1,7 @@
 //! How large and how bright is a proxy or a voxel, seen from a point? VF eq. 6.
 
 use super::gather_voxels::{CLAMP_DISC, CLAMP_RADIUS, GatherVoxelsParams};
+use super::gloss::mirrored;
 use super::grid::Voxel;
 use super::proxy::Proxy;
 use crate::math::{MIN_POSITIVE, PI, abs, div, dot, max, rsqrt};
@@ -21,6 +22,27 @@ fn solid_share(params: &GatherVoxelsParams, squared: f32, area: f32) -> f32 {
     // In the same place (2⁻⁶⁰ of the area) there is no direction.
     if squared > area * 8.673_617e-19 && whole > MIN_POSITIVE { div(area, whole) } else { 0.0 }
 }
+
+/// Does the same for up to four items from the first on, in their order.
+macro_rules! for_four {
+    ($first:expr, $end:expr, |$at:ident| $body:block) => {
+        let $at = $first;
+        $body
+        if $first + 1 < $end {
+            let $at = $first + 1;
+            $body
+        }
+        if $first + 2 < $end {
+            let $at = $first + 2;
+            $body
+        }
+        if $first + 3 < $end {
+            let $at = $first + 3;
+            $body
+        }
+    };
+}
+pub(super) use for_four;
 
 /// A small emitter as seen from a point.
 pub(super) struct Seen {
@@ -49,12 +71,18 @@ pub(super) fn see_proxy(
     let inverse_distance = rsqrt(max(squared, MIN_POSITIVE));
     let direction = between * inverse_distance;
     let cosine = -dot(p.normal.truncate(), direction);
-    let side = radiance[(2 * index + if cosine >= 0.0 { 0 } else { 1 }) as usize];
+    let number = 2 * index + if cosine >= 0.0 { 0 } else { 1 };
+    let side = radiance[number as usize];
+    let mut light = side.truncate();
+    if params.lights > 0 {
+        let lobes = (params.sides, params.lights);
+        light += mirrored(lobes, number, -direction, params.disc_radius, inverse_distance, radiance);
+    }
     Seen {
         direction,
         inverse_distance,
         size: solid_share(params, squared, p.normal.w) * abs(cosine),
-        radiance: side.truncate(),
+        radiance: light,
         openness: side.w,
     }
 }
@@ -98,9 +126,9 @@ pub(super) fn see_voxel(params: &GatherVoxelsParams, from: Vec3, v: &Voxel) -> S
     Seen { direction, inverse_distance, size, radiance, openness: 1.0 }
 }
 
-/// Whether a voxel counts proxy by proxy: its centroid is nearer than R.
+/// Whether a voxel counts proxy by proxy: its centroid is nearer than R, or some of its proxies mirror a light.
 #[inline]
-pub(super) fn is_near(params: &GatherVoxelsParams, from: Vec3, v: &Voxel) -> bool {
+pub(super) fn counts_singly(params: &GatherVoxelsParams, from: Vec3, v: &Voxel) -> bool {
     let between = v.centroid.truncate() - from;
-    dot(between, between) < params.near_range * params.near_range
+    v.glossy > 0 || dot(between, between) < params.near_range * params.near_range
 }
