@@ -96,31 +96,30 @@ pub(super) fn mirrored(
     radiance: &[Vec4],
 ) -> Vec3 {
     let first = first_lobe(sides, lights, side);
+    let blur = 0.5 * disc_radius * inverse_distance;
     let mut sum = Vec3::ZERO;
     // Loops are dear to a work item, and few scenes have more than four lights.
     for_four!(0, lights, |light| {
         let at = first + 2 * light;
-        let lobe = radiance[at as usize];
-        let exponent = blurred(lobe.w, disc_radius, inverse_distance);
-        sum += lobe_toward(direction, lobe, radiance[(at + 1) as usize], exponent);
+        sum += lobe_toward(direction, radiance[at as usize], radiance[(at + 1) as usize], blur);
     });
     if lights > 4 {
         for light in 4..lights {
             let at = first + 2 * light;
-            let lobe = radiance[at as usize];
-            let exponent = blurred(lobe.w, disc_radius, inverse_distance);
-            sum += lobe_toward(direction, lobe, radiance[(at + 1) as usize], exponent);
+            sum += lobe_toward(direction, radiance[at as usize], radiance[(at + 1) as usize], blur);
         }
     }
     sum
 }
 
-/// The radiance of one lobe along `direction`, with its exponent blurred to `exponent`.
+/// The radiance of one lobe along `direction`; `blur` is the angle that half a disc's radius spans.
 #[inline]
-fn lobe_toward(direction: Vec3, lobe: Vec4, middle: Vec4, exponent: f32) -> Vec3 {
+fn lobe_toward(direction: Vec3, lobe: Vec4, middle: Vec4, blur: f32) -> Vec3 {
     let cosine = min(dot(lobe.truncate(), direction), 1.0);
+    let widening = 1.0 + lobe.w * (blur * blur);
     let lit = max(max(middle.x, middle.y), middle.z) > 0.0;
-    if lit && cosine > 0.0 && exponent * (1.0 - cosine) < LOBE_EDGE {
+    if lit && cosine > 0.0 && lobe.w * (1.0 - cosine) < LOBE_EDGE * widening {
+        let exponent = div(lobe.w, widening);
         // Wider is lower: the lobe's whole stays.
         let height = div(exponent + 2.0, lobe.w + 2.0);
         middle.truncate() * (height * pow_fast(cosine, exponent))
