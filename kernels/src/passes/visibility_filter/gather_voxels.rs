@@ -28,7 +28,7 @@ pub const CLAMP_RADIUS: u32 = 1;
 /// [`GatherVoxelsParams::clamp`]: A/πd², unbounded.
 pub const CLAMP_NONE: u32 = 2;
 
-/// Cosines at the receiver below this count as this one in means: a voxel may be visible by its neighbours only.
+/// Cosines at the receiver below this count as this one for distant voxels: part of one may be above the horizon.
 const LEAST_COSINE: f32 = 1.0e-3;
 gpu_struct! {
     /// Parameters of the passes that gather the light of voxels.
@@ -199,7 +199,8 @@ fn voxel_light(
         for_four!(i, v.end, |at| {
             let seen = see_proxy(params, from, at, proxies, radiance);
             let openness = if by_share { seen.openness } else { 1.0 };
-            let size = seen.size * openness * max(dot(seen.direction, normal), least);
+            // Nothing below the horizon: a voxel that neighbours saw may lie behind this surface.
+            let size = seen.size * openness * max(dot(seen.direction, normal), 0.0);
             sum += (seen.radiance * size).extend(size);
         });
         i += 4;
