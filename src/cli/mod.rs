@@ -6,6 +6,7 @@ mod options;
 mod render;
 mod table;
 mod visibility_filter;
+mod voxel_cones;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;

@@ -2,11 +2,13 @@
 
 pub mod ambient_occlusion;
 pub mod direct;
+mod gathered;
 pub mod gbuffer;
 mod job;
 pub mod light_map;
 pub mod reference;
 pub mod visibility_filter;
+pub mod voxel_cones;
 mod world;
 
 pub use job::{Inspection, Job, LightPart, NonFinite, Rendered};

@@ -39,6 +39,10 @@ pub struct World<B: Backend> {
     pub has_gloss: bool,
     /// Whether emissive surfaces emit.
     pub emits: bool,
+    /// The largest radiance that a material emits, W/(m² sr); 0 where nothing does.
+    pub largest_emission: f32,
+    /// Mean radiance of the environment, of its strongest colour.
+    pub mean_environment: f32,
 }
 
 /// The parameters that describe an environment whose map, if any, follows `first_word` words of texels.
@@ -59,6 +63,18 @@ pub(crate) fn texels_with_environment(scene: &Scene) -> Vec<u32> {
         texels.extend(map.data.iter().flat_map(|t: &Vec4| [t.x.to_bits(), t.y.to_bits(), t.z.to_bits()]));
     }
     texels
+}
+
+/// The mean radiance over all texels of an environment, of the strongest colour.
+fn mean_environment(environment: &Environment) -> f32 {
+    match environment {
+        Environment::None => 0.0,
+        Environment::Constant(radiance) => radiance.max_element(),
+        Environment::Map(map) => {
+            let sum: glam::DVec3 = map.data.iter().map(|t| t.truncate().as_dvec3()).sum();
+            (sum.max_element() / map.data.len().max(1) as f64) as f32
+        }
+    }
 }
 
 /// A triangle's area in m².
@@ -90,6 +106,12 @@ impl<B: Backend> World<B> {
             has_environment: census.has_environment,
             has_gloss: census.has_gloss,
             emits: emissive && census.has_emission,
+            largest_emission: scene
+                .materials
+                .iter()
+                .map(|m| m.emission.truncate().max_element())
+                .fold(0.0, f32::max),
+            mean_environment: mean_environment(&scene.environment),
         })
     }
 }

@@ -17,6 +17,10 @@ use crate::passes::visibility_filter::grid::{GridParams, Voxel};
 use crate::passes::visibility_filter::list::{ListHeader, ListParams};
 use crate::passes::visibility_filter::march::MarchParams;
 use crate::passes::visibility_filter::proxy::{Proxy, ProxyParams};
+use crate::passes::voxel_cones::build::PyramidParams;
+use crate::passes::voxel_cones::inject::PhotonParams;
+use crate::passes::voxel_cones::trace::ConeParams;
+use crate::passes::voxel_cones::voxelise::{VoxeliseParams, WordParams};
 
 gpu_struct! {
     /// Parameters of [`report_layout`].
@@ -106,5 +110,16 @@ layout_words! {
     }
     LobeParams { first_light, light_count, lights, sides }
     UpsampleParams { width, first_pixel, coarse_width, coarse_height, scale_x, scale_y }
+    VoxeliseParams { lower, pairs, thin, depth }
+    WordParams { offset, count }
+    PyramidParams {
+        lower, inverse_edge, depth, level, first, child_first, flags, leaves, thin, power_scale, radiance_scale,
+        first_lit, child_first_lit
+    }
+    PhotonParams { lower, inverse_edge, depth, first, light, projection, size, spread, scale }
+    ConeParams {
+        lower, eye, environment, map, inverse_edge, depth, cones, tangent, width, step, start, clearance, cutoff,
+        falloff, reach, radiance_unit, lit_by_environment, first, radiance_scale
+    }
     LightMapParams { origin, right, down, forward, projection, size, light, texel, bias }
 }

@@ -191,6 +191,92 @@ macro_rules! for_each_pass {
             map draw_proxies(CameraParams; 1 grid: GridParams, 2 starts: u32, 3 pairs: u32, 4 proxies: Proxy,
                 5 radiance: Vec4) -> 6 picture: Vec4,
                 Tolerance::Relative { relative: 1e-5, absolute: 1e-5, flips: 1e-2 };
+            /// All triangles in the cell that is the whole.
+            map root_pairs(VoxeliseParams;) -> 1 pairs: u32, Tolerance::Exact;
+            // Triangles that touch a cell's border may tip.
+            /// Which children of a cell a triangle meets.
+            map child_masks(VoxeliseParams; 1 pairs: u32, 2 triangles: Triangle) -> 3 masks: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 1e-2 };
+            /// How many children that are.
+            map mask_counts(VoxeliseParams; 1 masks: u32) -> 2 counts: u32, Tolerance::Exact;
+            /// The children with their triangles.
+            map child_pairs(VoxeliseParams; 1 starts: u32, 2 masks: u32, 3 pairs: u32) -> 4 children: u32,
+                Tolerance::Exact;
+            /// Points of the lattice that are voxels.
+            scatter mark_voxels(VoxeliseParams; 1 pairs: u32) -> 2 masks: u32, Tolerance::Exact;
+            /// A level's words in the buffer of all levels.
+            scatter place_words(WordParams; 1 words: u32) -> 2 all: u32, Tolerance::Exact;
+            /// Points of a level that lie over voxels of the level below.
+            map parent_masks(PyramidParams; 1 children: u32) -> 2 masks: u32, Tolerance::Exact;
+            /// Voxels of each block of the lattice.
+            map block_counts(PyramidParams; 1 masks: u32) -> 2 counts: u32, Tolerance::Exact;
+            /// Blocks of the lattice, ready to be looked up.
+            map pack_blocks(PyramidParams; 1 masks: u32, 2 starts: u32) -> 3 blocks: u32, Tolerance::Exact;
+            /// Where each voxel lies.
+            map voxel_points(PyramidParams; 1 blocks: u32) -> 2 points: u32, Tolerance::Exact;
+            // A clipped corner may move by a rounding, and with it a count of 2⁻²⁰ of a face.
+            /// What triangles cover of their voxels.
+            scatter accumulate_leaves(PyramidParams; 1 pairs: u32, 2 blocks: u32, 3 triangles: Triangle,
+                4 materials: Material, 5 texels: u32) -> 6 sums: u32,
+                Tolerance::Relative { relative: 1e-3, absolute: 64.0, flips: 2e-2 };
+            /// Optical depths of the leaves.
+            map leaf_depths(PyramidParams; 1 sums: u32) -> 2 depths: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 2e-2 };
+            /// Optical depths of the voxels above.
+            map filter_depths(PyramidParams; 1 points: u32, 2 blocks: u32, 3 children: u32) -> 4 depths: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 2e-2 };
+            /// Leaves that photons meet.
+            scatter mark_lit(PhotonParams; 1 hits: Hit, 2 triangles: Triangle, 3 blocks: u32) -> 4 flags: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 1e-2 };
+            // The driver's acos decides how far inside a spot's rim a photon is.
+            /// The power that photons leave with the leaves.
+            scatter inject_photons(PhotonParams; 1 hits: Hit, 2 triangles: Triangle, 3 materials: Material,
+                4 texels: u32, 5 lights: Light, 6 blocks: u32, 7 places: u32) -> 8 power: u32,
+                Tolerance::Relative { relative: 1e-3, absolute: 64.0, flips: 2e-2 };
+            /// Leaves in which something emits.
+            scatter mark_emissive(PyramidParams; 1 pairs: u32, 2 blocks: u32, 3 triangles: Triangle,
+                4 materials: Material, 5 texels: u32) -> 6 flags: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 1e-2 };
+            /// The power that surfaces emit in the leaves.
+            scatter inject_emission(PyramidParams; 1 pairs: u32, 2 blocks: u32, 3 triangles: Triangle,
+                4 materials: Material, 5 texels: u32, 6 places: u32) -> 7 power: u32,
+                Tolerance::Relative { relative: 1e-3, absolute: 64.0, flips: 2e-2 };
+            /// Numbers of the lit voxels.
+            map lit_places(PyramidParams; 1 flags: u32, 2 starts: u32) -> 3 places: u32, Tolerance::Exact;
+            // Colours are nine bits: one may round the other way.
+            /// Radiance of the lit leaves.
+            map lit_radiance(PyramidParams; 1 lit: u32, 2 sums: u32, 3 power: u32) -> 4 radiance: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 2e-2 };
+            /// Voxels above lit ones.
+            scatter mark_lit_parents(PyramidParams; 1 lit: u32, 2 points: u32, 3 blocks: u32) -> 4 flags: u32,
+                Tolerance::Exact;
+            /// Radiance of the lit voxels above the leaves.
+            scatter filter_radiance(PyramidParams; 1 lit: u32, 2 points: u32, 3 blocks: u32, 4 depths: u32,
+                5 children: u32, 6 radiance: u32) -> 7 filtered: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 5e-2 };
+            /// Openness by cones.
+            map cone_openness(ConeParams; 1 surfaces: Surface, 2 blocks: u32, 3 depths: u32, 4 places: u32,
+                5 radiance: u32) -> 6 openness: f32,
+                Tolerance::Relative { relative: 1e-3, absolute: 1e-3, flips: 2e-3 };
+            /// Light from voxels all around: irradiance/π.
+            map cone_diffuse(ConeParams; 1 surfaces: Surface, 2 blocks: u32, 3 depths: u32, 4 places: u32,
+                5 radiance: u32) -> 6 light: Vec4,
+                Tolerance::Relative { relative: 1e-3, absolute: 1e-3, flips: 2e-3 };
+            /// Light from voxels in the specular lobe.
+            map cone_specular(ConeParams; 1 surfaces: Surface, 2 gloss: Vec4, 3 blocks: u32, 4 depths: u32,
+                5 places: u32, 6 radiance: u32, 7 texels: u32) -> 8 light: Vec4,
+                Tolerance::Relative { relative: 2e-3, absolute: 1e-3, flips: 2e-3 };
+            /// Radiance that leaves reflect of other voxels.
+            map bounce_radiance(ConeParams; 1 points: u32, 2 sums: u32, 3 blocks: u32, 4 depths: u32, 5 places: u32,
+                6 radiance: u32, 7 texels: u32) -> 8 bounced: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 5e-2 };
+            /// Radiance of the leaves with a bounce more.
+            map add_bounce(ConeParams; 1 places: u32, 2 radiance: u32, 3 bounced: u32) -> 4 sum: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 2e-2 };
+            /// Leaves with any light.
+            map mark_bright(PyramidParams; 1 radiance: u32) -> 2 flags: u32, Tolerance::Exact;
+            /// Radiance of the leaves with light.
+            map keep_lit(PyramidParams; 1 lit: u32, 2 radiance: u32) -> 3 kept: u32, Tolerance::Exact;
         }
     };
 }

@@ -32,6 +32,7 @@ pub mod sort;
 pub mod surface;
 pub mod upsample;
 pub mod visibility_filter;
+pub mod voxel_cones;
 
 pub use accumulate::{Accumulate, Launch};
 pub use combine::{add_diffuse_reflection, add_radiance, add_specular_reflection};
@@ -64,6 +65,15 @@ pub use visibility_filter::list::{count_rays, filter_lists, list_headers, sort_r
 pub use visibility_filter::march::{lobe_coverage, march_rays, trace_rays};
 pub use visibility_filter::proxy::{make_proxies, proxy_counts, proxy_surfaces};
 pub use visibility_filter::view::draw_proxies;
+pub use voxel_cones::build::{
+    accumulate_leaves, block_counts, filter_depths, leaf_depths, pack_blocks, parent_masks, voxel_points,
+};
+pub use voxel_cones::filter::{filter_radiance, keep_lit, lit_places, mark_bright, mark_lit_parents};
+pub use voxel_cones::inject::{inject_emission, inject_photons, lit_radiance, mark_emissive, mark_lit};
+pub use voxel_cones::trace::{add_bounce, bounce_radiance, cone_diffuse, cone_openness, cone_specular};
+pub use voxel_cones::voxelise::{
+    child_masks, child_pairs, mark_voxels, mask_counts, place_words, root_pairs,
+};
 
 /// Every type that the pass list names, for the places that call [`for_each_pass!`](crate::for_each_pass).
 pub mod elements {
@@ -88,6 +98,10 @@ pub mod elements {
     pub use super::visibility_filter::list::{ListHeader, ListParams};
     pub use super::visibility_filter::march::MarchParams;
     pub use super::visibility_filter::proxy::{Proxy, ProxyParams};
+    pub use super::voxel_cones::build::PyramidParams;
+    pub use super::voxel_cones::inject::PhotonParams;
+    pub use super::voxel_cones::trace::ConeParams;
+    pub use super::voxel_cones::voxelise::{VoxeliseParams, WordParams};
     pub use crate::geometry::bvh::{BvhNode, Hit, TriangleBlock};
     pub use glam::{UVec4, Vec4};
 }

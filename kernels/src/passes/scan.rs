@@ -70,6 +70,22 @@ pub fn compact_indices(
     }
 }
 
+/// Returns which of `count` owners item `index` belongs to, with the exclusive scan of their counts; it has some.
+#[inline]
+pub fn owner(starts: &[u32], count: u32, index: u32) -> u32 {
+    let mut low = 0;
+    let mut high = count;
+    while low + 1 < high {
+        let middle = low + (high - low) / 2;
+        if starts[middle as usize] <= index {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
 #[inline]
 fn block_end(block: u32, count: u32) -> u32 {
     let end = (block + 1) * SCAN_BLOCK;

@@ -7,10 +7,11 @@ mod path_traced;
 use super::Failure;
 use super::options::{BackendOptions, SceneOptions, build_tree};
 use super::visibility_filter::VisibilityFilterOptions;
+use super::voxel_cones::VoxelConesOptions;
 use crate::picture::Picture;
 use crate::scene::Scene;
 use crate::technique::reference::Bounces;
-use crate::technique::{ambient_occlusion, direct, visibility_filter};
+use crate::technique::{ambient_occlusion, direct, visibility_filter, voxel_cones};
 use clap::{Args, ValueEnum};
 use output::{check_output, dump_path, note_error, open_reference, report, write};
 use std::path::PathBuf;
@@ -71,6 +72,8 @@ pub(crate) struct RenderArguments {
     json: bool,
     #[command(flatten)]
     filter: VisibilityFilterOptions,
+    #[command(flatten)]
+    cones: VoxelConesOptions,
 }
 
 #[derive(Clone, Copy, ValueEnum, PartialEq, Eq, Debug)]
@@ -85,6 +88,8 @@ enum Technique {
     AmbientOcclusion,
     /// Point proxies in voxels, with filtered visibility: direct light and one bounce
     VisibilityFilter,
+    /// Cones through filtered voxels: direct light and one or more bounces, or occlusion
+    VoxelCones,
 }
 
 #[derive(Clone, Copy, ValueEnum, PartialEq, Eq)]
@@ -213,10 +218,23 @@ fn check_request(a: &RenderArguments, technique: Technique) -> Result<(), Failur
             name(technique)
         )));
     }
+    if technique == Technique::VoxelCones {
+        let settings = a.cones.settings()?;
+        settings.check(a.scene.size.0, a.scene.size.1).map_err(|e| Failure::Request(e.to_string()))?;
+        if settings.occlusion && a.only != Only::All {
+            return Err(Failure::Request("--only: occlusion is not light; leave it out".into()));
+        }
+    } else if a.cones != VoxelConesOptions::default() {
+        return Err(Failure::Request(format!(
+            "the options of voxel cones do nothing for --technique {}; leave them out",
+            name(technique)
+        )));
+    }
     let known: &[&str] = match technique {
         Technique::Reference => &["direct", "indirect"],
         Technique::AmbientOcclusion => &ambient_occlusion::DUMPS,
         Technique::VisibilityFilter => &visibility_filter::DUMPS,
+        Technique::VoxelCones => &voxel_cones::DUMPS,
         _ => &direct::DUMPS,
     };
     for name in &a.dump {

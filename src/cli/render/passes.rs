@@ -6,7 +6,9 @@ use crate::cli::options::ArithmeticChoice;
 use crate::cli::{Failure, table};
 use crate::scene::{Scene, bvh::Bvh};
 use crate::technique::visibility_filter::{Counts, VisibilityFilter};
-use crate::technique::{Job, LightPart, Rendered, View, World, ambient_occlusion, direct, visibility_filter};
+use crate::technique::{
+    Job, LightPart, Rendered, View, World, ambient_occlusion, direct, visibility_filter, voxel_cones,
+};
 use serde_json::json;
 
 pub(super) fn run(
@@ -61,13 +63,20 @@ fn draw<B: Backend>(
         check_finite: a.check_finite,
     };
     let rendered: Rendered;
-    let mut counts = None;
+    let (mut counts, mut counts_line) = (serde_json::Value::Null, String::new());
     match technique {
         Technique::AmbientOcclusion => rendered = ambient_occlusion::render(backend, &world, view, &job)?,
         Technique::VisibilityFilter => {
             let settings: VisibilityFilter = a.filter.settings()?;
             let (picture, counted) = visibility_filter::render(backend, &world, view, &job, &settings)?;
-            (rendered, counts) = (picture, Some(counted));
+            rendered = picture;
+            (counts, counts_line) = (counts_json(&counted), counts_text(&counted));
+        }
+        Technique::VoxelCones => {
+            let settings = a.cones.settings()?;
+            let (picture, counted) = voxel_cones::render(backend, &world, view, &job, &settings)?;
+            rendered = picture;
+            (counts, counts_line) = (voxels_json(&counted), voxels_text(&counted));
         }
         _ => rendered = direct::render(backend, &world, view, &job)?,
     }
@@ -77,7 +86,7 @@ fn draw<B: Backend>(
     }
     let mean = rendered.picture.mean();
     let mut text = format!("{technique:?} on {machine}\n{}", table::passes_text(&rendered.timings));
-    text += &counts.map_or_else(String::new, |c| counts_text(&c));
+    text += &counts_line;
     text += &format!("mean {:.5} {:.5} {:.5}\n", mean.x, mean.y, mean.z);
     if a.check_finite {
         text += &format!("non-finite values: 0 in {} buffers\n", rendered.non_finite.len());
@@ -87,7 +96,7 @@ fn draw<B: Backend>(
         "machine": machine,
         "passes": table::passes_json(&rendered.timings),
         "stages": table::stages_json(&rendered.timings),
-        "counts": counts.map(|c| counts_json(&c)),
+        "counts": counts,
         "mean": mean.to_array(),
     });
     Ok(Outcome {
@@ -123,6 +132,20 @@ fn counts_text(c: &Counts) -> String {
         );
     }
     text
+}
+
+fn voxels_text(c: &voxel_cones::Counts) -> String {
+    format!(
+        "{} leaves, {} voxels, {} of them lit, {:.1} MiB\n",
+        c.leaves,
+        c.voxels,
+        c.lit,
+        c.bytes as f64 / 1_048_576.0
+    )
+}
+
+fn voxels_json(c: &voxel_cones::Counts) -> serde_json::Value {
+    json!({ "leaves": c.leaves, "voxels": c.voxels, "lit": c.lit, "bytes": c.bytes })
 }
 
 fn counts_json(c: &Counts) -> serde_json::Value {

@@ -4,26 +4,16 @@ use super::lists::Lists;
 use super::{Clamp, Gather, Lit, Proxies, VisibilityFilter};
 use crate::backend::{Backend, BackendError};
 use crate::picture::Picture;
+use crate::technique::gathered::Gathered;
 use crate::technique::gbuffer::{GBuffer, bands};
 use crate::technique::{Inspection, Job, LightPart, View, World, direct};
 use glam::{Vec3, Vec4};
-use twinlight_kernels::passes::elements::{GatherVoxelsParams, Surface, UpsampleParams};
+use twinlight_kernels::passes::elements::{GatherVoxelsParams, Surface};
 use twinlight_kernels::passes::visibility_filter::gather_voxels::{
     CLAMP_DISC, CLAMP_NONE, CLAMP_RADIUS, GATHER_SHARE,
 };
 use twinlight_kernels::sampling::hash::{hash, unit_float};
 use twinlight_kernels::sampling::voxel_hash::{encode, voxel_of};
-
-/// Light gathered at the illumination's pixels.
-struct Gathered<B: Backend> {
-    width: u32,
-    height: u32,
-    surfaces: B::Buffer<Surface>,
-    /// Irradiance/π.
-    diffuse: B::Buffer<Vec4>,
-    /// What a specular colour of 1 reflects; only where the scene has gloss.
-    specular: Option<B::Buffer<Vec4>>,
-}
 
 /// A picture and the lists that it was gathered from.
 pub struct Frame<B: Backend> {
@@ -63,10 +53,10 @@ pub fn render<B: Backend>(
             backend.set_stage("upsampling");
             if seen.wants("indirect") {
                 let nothing = backend.alloc("radiance", count)?;
-                let indirect = add_indirect(backend, view, &g, gathered, nothing)?;
+                let indirect = gathered.add_to(backend, view, &g, nothing)?;
                 seen.dump(backend, "indirect", &indirect, band.start, |v: &Vec4| v.truncate())?;
             }
-            sum = add_indirect(backend, view, &g, gathered, sum)?;
+            sum = gathered.add_to(backend, view, &g, sum)?;
             seen.check(backend, "radiance", &sum)?;
         }
         if let Some((p, lit)) = lit_proxies {
@@ -167,37 +157,6 @@ fn gather<B: Backend>(
 
 fn picture(width: u32, height: u32, values: &[Vec4], colour: impl Fn(Vec4) -> Vec3) -> Picture {
     Picture { width, height, pixels: values.iter().map(|&v| colour(v)).collect() }
-}
-
-/// `sum` plus what the band's surfaces reflect of the gathered light.
-fn add_indirect<B: Backend>(
-    backend: &mut B,
-    view: &View,
-    g: &GBuffer<B>,
-    gathered: &Gathered<B>,
-    mut sum: B::Buffer<Vec4>,
-) -> Result<B::Buffer<Vec4>, BackendError> {
-    let count = g.count();
-    let params = UpsampleParams {
-        width: view.width,
-        first_pixel: g.pixels.start,
-        coarse_width: gathered.width,
-        coarse_height: gathered.height,
-        scale_x: gathered.width as f32 / view.width as f32,
-        scale_y: gathered.height as f32 / view.height as f32,
-        ..Default::default()
-    };
-    let mut fine = backend.alloc("upsampled light", count as usize)?;
-    let mut next = backend.alloc("radiance", count as usize)?;
-    backend.upsample(&params, &g.surfaces, &gathered.surfaces, &gathered.diffuse, &mut fine, count)?;
-    backend.add_diffuse_reflection(&Default::default(), &g.surfaces, &fine, &sum, &mut next, count)?;
-    std::mem::swap(&mut sum, &mut next);
-    if let (Some(specular), Some(gloss)) = (&gathered.specular, &g.gloss) {
-        backend.upsample(&params, &g.surfaces, &gathered.surfaces, specular, &mut fine, count)?;
-        backend.add_specular_reflection(&Default::default(), gloss, &fine, &sum, &mut next, count)?;
-        std::mem::swap(&mut sum, &mut next);
-    }
-    Ok(sum)
 }
 
 /// Pictures of the discs and of the voxels, if asked for.

@@ -6,6 +6,7 @@ mod proxies;
 mod scene;
 mod spherical;
 mod visibility;
+mod voxels;
 
 pub use arrays::*;
 pub use evaluate::*;
@@ -13,3 +14,4 @@ pub use proxies::*;
 pub use scene::*;
 pub use spherical::*;
 pub use visibility::*;
+pub use voxels::*;

@@ -23,7 +23,7 @@ const LOBE_RAYS: u32 = 4;
 const RAYS: u32 = DIFFUSE_RAYS + LOBE_RAYS;
 
 /// Cells that a scatter pass run on the host writes to.
-struct Cells(Vec<u32>);
+pub(super) struct Cells(pub(super) Vec<u32>);
 
 impl Accumulate for Cells {
     fn add(&mut self, index: u32, value: u32) {

@@ -5,8 +5,9 @@
 //! beyond it.
 
 use super::gloss::mirrors;
-use super::proxy::{Proxy, owner};
+use super::proxy::Proxy;
 use crate::math::{abs, div, dot, max, sqrt};
+use crate::passes::scan::owner;
 use crate::sampling::voxel_hash::{encode, voxel_of};
 use crate::sh::{CLAMPED_COSINE, rotate_zonal};
 use glam::{UVec3, UVec4, Vec3, Vec4};

@@ -3,6 +3,7 @@
 use crate::geometry::bvh::{Hit, NO_TRIANGLE};
 use crate::math::{cross, div, length};
 use crate::passes::material::{base_color, texture_coordinates};
+use crate::passes::scan::owner;
 use crate::passes::scene::{MATERIAL_MASKED, Material, Triangle};
 use crate::passes::surface::{Surface, geometric_normal, surface_at};
 use crate::sampling::halton::halton;
@@ -76,22 +77,6 @@ pub fn proxy_counts(index: u32, params: &ProxyParams, triangles: &[Triangle]) ->
 
 /// Returns the last of the ascending `starts` that is at most `index`; `starts[0]` is 0.
 ///
-/// With the exclusive scan of counts: the owner of item `index`, which has a count above 0.
-#[inline]
-pub(super) fn owner(starts: &[u32], count: u32, index: u32) -> u32 {
-    let mut low = 0;
-    let mut high = count;
-    while low + 1 < high {
-        let middle = low + (high - low) / 2;
-        if starts[middle as usize] <= index {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    low
-}
-
 /// Returns proxy `index`: the next Halton point of its triangle, from a start that the triangle's hash chooses.
 ///
 /// `starts` is the exclusive scan of [`proxy_counts`]. A triangle that earned at least one proxy shares its area

@@ -1,0 +1,166 @@
+//! What does a cone meet on its way through the pyramid? VCT §5.
+
+use super::inject::RADIANCE_WORDS;
+use super::storage::{ratio, unpack_depths, unpack_radiance};
+use super::trace::ConeParams;
+use crate::cone::{diameter, distance_falloff, mip_level, step_count_bound};
+use crate::geometry::lattice::{NO_VOXEL, voxel_at};
+use crate::math::{abs, clamp, div, dot, exp, exp2, floor, max, min, saturate, to_u32};
+use glam::{UVec3, Vec3};
+
+/// Samples whose voxels have less weight than this are empty.
+const LEAST_WEIGHT: f32 = 1.0e-3;
+
+/// A cone, in voxel edges of level 0.
+#[derive(Clone, Copy)]
+pub struct Ray {
+    /// Where it starts.
+    pub origin: Vec3,
+    /// Unit direction.
+    pub direction: Vec3,
+    /// Normal of the surface that it leaves: voxels that reach down to its plane do not count. 0 counts all.
+    pub normal: Vec3,
+    /// Tangent of the half angle.
+    pub tangent: f32,
+    /// Where it ends, at most.
+    pub reach: f32,
+}
+
+/// What a cone met.
+#[derive(Clone, Copy)]
+pub struct Met {
+    /// Radiance, in stored units.
+    pub light: Vec3,
+    /// Share of the cone that met nothing.
+    pub through: f32,
+    /// Share that met something, each part weighed by the falloff with its distance.
+    pub occluded: f32,
+}
+
+/// Optical depth and radiance times depth per edge, at a point and along a direction.
+struct Sample {
+    density: f32,
+    emitted: Vec3,
+}
+
+/// Interpolates one level between its eight voxels around a point.
+#[inline]
+fn sample_level(
+    params: &ConeParams,
+    ray: &Ray,
+    level: u32,
+    position: Vec3,
+    blocks: &[u32],
+    depths: &[u32],
+    places: &[u32],
+    radiance: &[u32],
+) -> Sample {
+    let edge = (1u32 << level) as f32;
+    let p = position * div(1.0, edge);
+    let base = Vec3::new(floor(p.x), floor(p.y), floor(p.z));
+    let f = p - base;
+    let (w, n) = (ray.direction, ray.normal);
+    let facing = Vec3::new(abs(w.x), abs(w.y), abs(w.z));
+    // Half of what a voxel spans along the normal, in its edges.
+    let half = 0.5 * ((abs(n.x) + abs(n.y)) + abs(n.z));
+    let mut sum = Sample { density: 0.0, emitted: Vec3::ZERO };
+    let mut whole = 0.0;
+    // Beyond −1 a coordinate would count as −1.
+    let within = base.x >= -1.0 && base.y >= -1.0 && base.z >= -1.0;
+    for corner in 0..8 {
+        let (x, y, z) = (corner & 1, (corner >> 1) & 1, corner >> 2);
+        let offset = Vec3::new(x as f32, y as f32, z as f32);
+        let mut weight = (if x == 1 { f.x } else { 1.0 - f.x })
+            * (if y == 1 { f.y } else { 1.0 - f.y })
+            * (if z == 1 { f.z } else { 1.0 - f.z });
+        if half > 0.0 {
+            let height = div(dot((base + offset) * edge - ray.origin, n), edge);
+            weight *= saturate(2.0 * (height - params.clearance * half));
+        }
+        let point = UVec3::new(
+            to_u32(base.x + 1.0).wrapping_add(x).wrapping_sub(1),
+            to_u32(base.y + 1.0).wrapping_add(y).wrapping_sub(1),
+            to_u32(base.z + 1.0).wrapping_add(z).wrapping_sub(1),
+        );
+        let voxel =
+            if within && weight > 0.0 { voxel_at(blocks, params.depth, level, point) } else { NO_VOXEL };
+        whole += weight;
+        if voxel != NO_VOXEL {
+            let depth = unpack_depths(depths[voxel as usize]) * facing * weight;
+            sum.density += (depth.x + depth.y) + depth.z;
+            let place = places[voxel as usize];
+            if place > 0 {
+                let at = RADIANCE_WORDS * (place - 1);
+                // A ray along +x sees what faces −x.
+                let x = unpack_radiance(radiance[(at + if w.x > 0.0 { 1 } else { 0 }) as usize]);
+                let y = unpack_radiance(radiance[(at + if w.y > 0.0 { 3 } else { 2 }) as usize]);
+                let z = unpack_radiance(radiance[(at + if w.z > 0.0 { 5 } else { 4 }) as usize]);
+                sum.emitted += (x * depth.x + y * depth.y) + z * depth.z;
+            }
+        }
+    }
+    // Voxels that do not count are as if unknown: the others stand for them.
+    let scale = if whole > LEAST_WEIGHT { div(1.0, whole * edge) } else { 0.0 };
+    Sample { density: sum.density * scale, emitted: sum.emitted * scale }
+}
+
+/// How far a ray from `origin` stays within the lattice [0, side]³; 0 if it starts outside and never enters.
+#[inline]
+fn exit_distance(origin: Vec3, direction: Vec3, side: f32) -> f32 {
+    let along = |o: f32, d: f32| {
+        if abs(d) < 1.0e-9 { 1.0e9 } else { div((if d > 0.0 { side } else { 0.0 }) - o, d) }
+    };
+    max(
+        min(min(along(origin.x, direction.x), along(origin.y, direction.y)), along(origin.z, direction.z)),
+        0.0,
+    )
+}
+
+/// Returns what a cone meets, front to back; radiance is that of the voxels, through what is before them.
+///
+/// A step of s edges through a density σ takes 1 − e^(−σs) of what is left: VCT's step correction in closed form. Voxels
+/// are `params.width` times as wide as the cone; two levels are mixed by the fraction of the level.
+#[inline]
+pub fn march(
+    params: &ConeParams,
+    ray: &Ray,
+    blocks: &[u32],
+    depths: &[u32],
+    places: &[u32],
+    radiance: &[u32],
+) -> Met {
+    let side = (1u32 << params.depth) as f32;
+    // A voxel on the lattice's border reaches beyond it.
+    let exit = exit_distance(ray.origin, ray.direction, side);
+    let end = min(exit + max(diameter(exit, ray.tangent) * params.width, 1.0), ray.reach);
+    let bound = step_count_bound(end, 1.0, params.step);
+    let mut met = Met { light: Vec3::ZERO, through: 1.0, occluded: 0.0 };
+    let mut t = params.start;
+    let mut steps = 0;
+    while t < end && met.through > params.cutoff && steps < bound {
+        let wanted = diameter(t, ray.tangent) * params.width;
+        let level = mip_level(wanted, params.depth as f32);
+        let step = exp2(level) * clamp(params.step, 0.015_625, 64.0);
+        let at = t + 0.5 * step;
+        let position = ray.origin + ray.direction * at;
+        let lower = floor(level);
+        let fraction = level - lower;
+        let low = to_u32(lower);
+        let mut s = sample_level(params, ray, low, position, blocks, depths, places, radiance);
+        if fraction > 0.0 && low < params.depth {
+            let coarse = sample_level(params, ray, low + 1, position, blocks, depths, places, radiance);
+            s.density += (coarse.density - s.density) * fraction;
+            s.emitted += (coarse.emitted - s.emitted) * fraction;
+        }
+        if s.density > 0.0 {
+            let passed = exp(-(s.density * step));
+            let taken = met.through * (1.0 - passed);
+            met.light += ratio(s.emitted, s.density) * taken;
+            met.occluded += taken * distance_falloff(at, params.falloff);
+            met.through *= passed;
+        }
+        t += step;
+        steps += 1;
+    }
+    met
+}

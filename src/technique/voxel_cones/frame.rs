@@ -1,0 +1,210 @@
+//! How does a picture come from lit voxels? VCT §6 and §8.1.
+
+use super::{Lit, Pyramid, VoxelCones};
+use crate::backend::{Backend, BackendError};
+use crate::picture::Picture;
+use crate::technique::gathered::Gathered;
+use crate::technique::gbuffer::{GBuffer, bands};
+use crate::technique::{Inspection, Job, LightPart, View, World, direct};
+use glam::{Vec3, Vec4};
+use twinlight_kernels::passes::elements::ConeParams;
+
+/// Tangent of a half angle in degrees, or 0 for none: the passes then take their own.
+fn tangent(degrees: Option<f32>) -> f32 {
+    degrees.map_or(0.0, |d| d.to_radians().tan())
+}
+
+/// What the passes that trace cones need to know.
+pub(super) fn cone_params<B: Backend>(
+    world: &World<B>,
+    p: &Pyramid<B>,
+    lit: &Lit<B>,
+    settings: &VoxelCones,
+) -> ConeParams {
+    ConeParams {
+        lower: p.params.lower,
+        inverse_edge: p.params.inverse_edge,
+        environment: world.environment.environment,
+        map: world.environment.map,
+        depth: p.params.depth,
+        cones: settings.cones,
+        tangent: tangent(settings.half_angle),
+        width: settings.width,
+        step: settings.step,
+        start: settings.start,
+        clearance: settings.clearance,
+        cutoff: settings.cutoff,
+        falloff: 0.0,
+        reach: 1.0e9,
+        radiance_unit: 1.0 / lit.radiance_scale,
+        radiance_scale: lit.radiance_scale,
+        first: p.params.first,
+        ..Default::default()
+    }
+}
+
+/// Renders openness by cones.
+pub(super) fn render_openness<B: Backend>(
+    backend: &mut B,
+    world: &World<B>,
+    p: &Pyramid<B>,
+    view: &View,
+    job: &Job,
+    settings: &VoxelCones,
+    seen: &mut Inspection<'_>,
+) -> Result<Picture, BackendError> {
+    let mut picture = Picture::new(view.width, view.height);
+    let dark = Lit::dark(backend, p)?;
+    for band in bands(view) {
+        let g = GBuffer::trace(backend, world, view, band.clone(), seen)?;
+        backend.set_stage("occlusion");
+        let params = occlusion_params(world, p, &dark, job, settings);
+        let mut openness = backend.alloc("openness", g.count() as usize)?;
+        backend.cone_openness(
+            &params,
+            &g.surfaces,
+            &p.blocks,
+            &p.depths,
+            &dark.places,
+            &dark.radiance,
+            &mut openness,
+            g.count(),
+        )?;
+        seen.check(backend, "openness", &openness)?;
+        let values = backend.download(&openness)?;
+        for (pixel, value) in picture.pixels[band.start as usize..].iter_mut().zip(values) {
+            *pixel = Vec3::splat(value);
+        }
+    }
+    Ok(picture)
+}
+
+fn occlusion_params<B: Backend>(
+    world: &World<B>,
+    p: &Pyramid<B>,
+    dark: &Lit<B>,
+    job: &Job,
+    settings: &VoxelCones,
+) -> ConeParams {
+    let edge = p.params.lower.w;
+    ConeParams {
+        falloff: job.falloff * edge,
+        reach: (job.reach * p.params.inverse_edge).min(1.0e9),
+        ..cone_params(world, p, dark, settings)
+    }
+}
+
+/// Renders a picture: direct light unless only indirect is asked for, and the light of the lit voxels if there are any.
+pub(super) fn render<B: Backend>(
+    backend: &mut B,
+    world: &World<B>,
+    lit_voxels: Option<(&Pyramid<B>, &Lit<B>)>,
+    view: &View,
+    job: &Job,
+    settings: &VoxelCones,
+    seen: &mut Inspection<'_>,
+) -> Result<Picture, BackendError> {
+    let mut picture = Picture::new(view.width, view.height);
+    let gathered = match lit_voxels {
+        Some((p, lit)) => Some(gather(backend, world, p, lit, view, job, settings, seen)?),
+        None => None,
+    };
+    for band in bands(view) {
+        backend.set_stage("direct");
+        let g = GBuffer::trace(backend, world, view, band.clone(), seen)?;
+        let count = g.count() as usize;
+        let mut sum = if job.light == LightPart::Indirect {
+            backend.alloc("radiance", count)?
+        } else {
+            direct::band_radiance(backend, world, &g, job, seen)?
+        };
+        if let Some(gathered) = &gathered {
+            backend.set_stage("upsampling");
+            if seen.wants("indirect") {
+                let nothing = backend.alloc("radiance", count)?;
+                let indirect = gathered.add_to(backend, view, &g, nothing)?;
+                seen.dump(backend, "indirect", &indirect, band.start, |v: &Vec4| v.truncate())?;
+            }
+            sum = gathered.add_to(backend, view, &g, sum)?;
+            seen.check(backend, "radiance", &sum)?;
+        }
+        let values = backend.download(&sum)?;
+        for (pixel, value) in picture.pixels[band.start as usize..].iter_mut().zip(values) {
+            *pixel = value.truncate();
+        }
+    }
+    Ok(picture)
+}
+
+fn gather<B: Backend>(
+    backend: &mut B,
+    world: &World<B>,
+    p: &Pyramid<B>,
+    lit: &Lit<B>,
+    view: &View,
+    job: &Job,
+    settings: &VoxelCones,
+    seen: &mut Inspection<'_>,
+) -> Result<Gathered<B>, BackendError> {
+    backend.set_stage("diffuse");
+    let (width, height) = settings.illumination_size(view.width, view.height);
+    let view = view.resized(width, height);
+    let count = view.pixels();
+    let g = seen.without_dumps(|seen| GBuffer::trace(backend, world, &view, 0..count, seen))?;
+    let params = ConeParams { eye: g.params.eye, ..cone_params(world, p, lit, settings) };
+    let mut diffuse = backend.alloc("diffuse light", count as usize)?;
+    backend.cone_diffuse(
+        &params,
+        &g.surfaces,
+        &p.blocks,
+        &p.depths,
+        &lit.places,
+        &lit.radiance,
+        &mut diffuse,
+        count,
+    )?;
+    seen.check(backend, "diffuse light", &diffuse)?;
+    let mut specular = None;
+    if let Some(gloss) = &g.gloss {
+        backend.set_stage("specular");
+        let params = ConeParams {
+            tangent: tangent(settings.specular_half_angle),
+            lit_by_environment: u32::from(world.has_environment && job.light == LightPart::All),
+            ..params
+        };
+        let mut light = backend.alloc("specular light", count as usize)?;
+        backend.cone_specular(
+            &params,
+            &g.surfaces,
+            gloss,
+            &p.blocks,
+            &p.depths,
+            &lit.places,
+            &lit.radiance,
+            &world.texels,
+            &mut light,
+            count,
+        )?;
+        seen.check(backend, "specular light", &light)?;
+        specular = Some(light);
+    }
+    for (name, buffer) in [("diffuse", Some(&diffuse)), ("specular", specular.as_ref())] {
+        if let Some(buffer) = buffer.filter(|_| seen.wants(name)) {
+            let light = backend.download(buffer)?;
+            seen.keep(name, || Picture {
+                width,
+                height,
+                pixels: light.iter().map(|v| v.truncate()).collect(),
+            });
+        }
+    }
+    if seen.wants("ao") {
+        let light = backend.download(&diffuse)?;
+        seen.keep("ao", || Picture {
+            width,
+            height,
+            pixels: light.iter().map(|v| Vec3::splat(v.w)).collect(),
+        });
+    }
+    Ok(Gathered { width, height, surfaces: g.surfaces, diffuse, specular })
+}

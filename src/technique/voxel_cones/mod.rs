@@ -1,0 +1,79 @@
+//! What do surfaces send to each other, by cones through filtered voxels? Crassin et al. 2011 (VCT).
+//!
+//! A [`Pyramid`] stands for the scene, [`Lit`] for what light makes of it; both outlive a picture.
+
+mod frame;
+mod lit;
+mod pyramid;
+mod settings;
+
+pub use lit::Lit;
+pub use pyramid::Pyramid;
+pub use settings::{MAX_PIXELS, VoxelCones, Voxelisation};
+
+use super::{Inspection, Job, LightPart, Rendered, View, World};
+use crate::backend::{Backend, BackendError, BufferLength};
+
+/// Buffers that [`Job::dumps`] may name.
+pub const DUMPS: [&str; 11] = [
+    "albedo",
+    "normal",
+    "depth",
+    "position",
+    "gloss",
+    "emission",
+    "visibility",
+    "diffuse",
+    "specular",
+    "indirect",
+    "ao",
+];
+
+/// How large the structure is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Voxels of the finest level.
+    pub leaves: u32,
+    /// Voxels of all levels.
+    pub voxels: u32,
+    /// Voxels of all levels that send light.
+    pub lit: u32,
+    /// Bytes of the structure and of its radiance.
+    pub bytes: u64,
+}
+
+/// Renders direct light and indirect light by cones, or openness.
+///
+/// # Errors
+/// Knobs out of range, and what the backend reports.
+pub fn render<B: Backend>(
+    backend: &mut B,
+    world: &World<B>,
+    view: &View,
+    job: &Job,
+    settings: &VoxelCones,
+) -> Result<(Rendered, Counts), BackendError> {
+    settings.check(view.width, view.height)?;
+    let mut seen = Inspection::new(job, view.width, view.height);
+    let mut counts = Counts::default();
+    let picture = if !settings.occlusion && job.light == LightPart::Direct {
+        frame::render(backend, world, None, view, job, settings, &mut seen)?
+    } else {
+        backend.set_stage("voxelisation");
+        let pyramid = Pyramid::build(backend, world, settings)?;
+        counts.leaves = pyramid.params.leaves;
+        counts.voxels = pyramid.voxels();
+        counts.bytes = pyramid.bytes();
+        if settings.occlusion {
+            frame::render_openness(backend, world, &pyramid, view, job, settings, &mut seen)?
+        } else {
+            let lit = Lit::light(backend, world, &pyramid, settings, &mut seen)?;
+            counts.lit = lit.count;
+            counts.bytes += 4 * (lit.places.element_count() + lit.radiance.element_count()) as u64;
+            frame::render(backend, world, Some((&pyramid, &lit)), view, job, settings, &mut seen)?
+        }
+    };
+    let timings = backend.take_timings()?;
+    backend.set_stage("");
+    Ok((seen.finish(picture, timings), counts))
+}
