@@ -1,6 +1,6 @@
 //! Prints how the knobs of the visibility filter trade error for time: the tables of `docs/visibility-filter.md`.
 //!
-//! `cargo run --release --example visibility_filter_tables [SAMPLES]`. Pictures of 512 × 512 are averaged to 128 × 128 and
+//! `cargo run --release --example visibility_filter_tables [SAMPLES [SCENE]]`. Pictures of 512 × 512 are averaged to 128 × 128 and
 //! compared with the path tracer's indirect light (one bounce, SAMPLES paths for each of these pixels, 8192 if none are
 //! given). Scenes from files are taken from the folder `TWINLIGHT_SCENES`, and left out where it has none.
 
@@ -122,8 +122,12 @@ fn averaged(picture: &Picture) -> Picture {
 
 fn main() -> Result<()> {
     let samples = std::env::args().nth(1).map_or(Ok(8192), |text| text.parse())?;
+    let only = std::env::args().nth(2);
     for subject in subjects()? {
         let Subject { name, scene, camera, settings } = subject;
+        if only.as_deref().is_some_and(|o| o != name) {
+            continue;
+        }
         let tree = Bvh::build(&scene.triangles, &scene.materials)?;
         let view = View::new(&camera, COARSE, COARSE)?;
         let right = Reference { samples, ..Default::default() };

@@ -4,9 +4,12 @@
 mod evaluate;
 #[path = "visibility.rs"]
 mod visibility;
+#[path = "voxels.rs"]
+mod voxels;
 
 pub use evaluate::*;
 pub use visibility::*;
+pub use voxels::*;
 
 use bytemuck::Pod;
 use glam::Vec3;
@@ -55,6 +58,7 @@ pub struct Samples {
     gloss: CpuBuffer<Vec4>,
     visible: CpuBuffer<u32>,
     filter: Filter,
+    voxels: Voxels,
 }
 
 impl Samples {
@@ -85,7 +89,8 @@ impl Samples {
             &light, &surfaces, &w.lights, &w.nodes, &w.blocks, tris, mats, texels, v, COUNT,
         )?;
         let filter = Filter::new(cpu, &w, &camera, &surfaces, &gloss)?;
-        Ok(Self { world: w, camera, light, gather, hits, surfaces, gloss, visible, filter })
+        let voxels = Voxels::new(cpu, &w)?;
+        Ok(Self { world: w, camera, light, gather, hits, surfaces, gloss, visible, filter, voxels })
     }
 
     fn tree(&self) -> (Vec<BvhNode>, Vec<TriangleBlock>) {

@@ -33,8 +33,8 @@ pub struct Filter {
     counted: Vec<u32>,
     lists: Vec<u32>,
     headers: Vec<ListHeader>,
-    light_map: LightMapParams,
-    light_map_hits: Vec<Hit>,
+    pub(super) light_map: LightMapParams,
+    pub(super) light_map_hits: Vec<Hit>,
 }
 
 impl Filter {

@@ -61,7 +61,7 @@ impl Default for VoxelCones {
             cones: 16,
             half_angle: None,
             specular_half_angle: None,
-            step: 0.5,
+            step: 1.0,
             width: 0.5,
             start: 1.0,
             clearance: 2.0,

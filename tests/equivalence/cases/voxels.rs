@@ -133,24 +133,15 @@ impl Voxelised {
         for level in 1..=DEPTH {
             let (params, count) = at(&params, &firsts, level);
             let below = &levels[level as usize - 1];
-            let own = map(count, |i| {
-                passes::filter_depths(i, &params, &points[level as usize], &blocks, below)
-            });
+            let own =
+                map(count, |i| passes::filter_depths(i, &params, &points[level as usize], &blocks, below));
             levels.push(own);
         }
         let depths: Vec<u32> = levels.into_iter().rev().flatten().collect();
         let number = draw.word() % w.lights.len() as u32;
         let light = map_params(&w.lights[number as usize], &bounds, MAP, 0.0);
         let hits = map(MAP * MAP, |i| {
-            passes::trace_light_map(
-                i,
-                &light,
-                &w.nodes,
-                &w.blocks,
-                &w.triangles,
-                &w.materials,
-                &w.texels,
-            )
+            passes::trace_light_map(i, &light, &w.nodes, &w.blocks, &w.triangles, &w.materials, &w.texels)
         });
         (params.power_scale, params.radiance_scale) = (1.0e4, 0.5);
         let photons = PhotonParams {

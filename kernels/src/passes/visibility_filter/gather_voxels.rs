@@ -13,7 +13,7 @@ use super::grid::Voxel;
 use super::list::ListHeader;
 use super::merged_lists::{DONE, Lists, Member, cells, weights};
 use super::proxy::Proxy;
-use super::seen::{for_four, is_near, see_mirrored, see_proxy, see_voxel};
+use super::seen::{counts_singly, for_four, see_proxy, see_voxel};
 use crate::geometry::bvh::NO_TRIANGLE;
 use crate::math::{MIN_POSITIVE, div, dot, exp_minus_one, max};
 use crate::passes::surface::Surface;
@@ -146,31 +146,6 @@ fn seen_share(params: &GatherVoxelsParams, size: f32, member: &Member, rays: f32
     if all > MIN_POSITIVE { expected + difference * div(squared, all) } else { expected }
 }
 
-/// What the proxies of a distant voxel mirror, each times its projected solid angle/π.
-#[inline]
-fn mirrored_light(
-    params: &GatherVoxelsParams,
-    from: Vec3,
-    normal: Vec3,
-    least: f32,
-    v: &Voxel,
-    proxies: &[Proxy],
-    radiance: &[Vec4],
-) -> Vec3 {
-    let by_share = params.flags & GATHER_SHARE != 0;
-    let mut light = Vec3::ZERO;
-    let mut i = v.begin;
-    while i < v.end {
-        for_four!(i, v.end, |at| {
-            let seen = see_mirrored(params, from, at, proxies, radiance);
-            let openness = if by_share { seen.openness } else { 1.0 };
-            light += seen.radiance * (seen.size * openness * max(dot(seen.direction, normal), least));
-        });
-        i += 4;
-    }
-    light
-}
-
 /// The light of a voxel (radiance × projected solid angle/π) and its projected solid angle/π.
 #[inline]
 fn voxel_light(
@@ -183,14 +158,10 @@ fn voxel_light(
 ) -> (Vec3, f32) {
     let by_share = params.flags & GATHER_SHARE != 0;
     let least = if by_share { LEAST_COSINE } else { 0.0 };
-    if !is_near(params, from, v) {
+    if !counts_singly(params, from, v) {
         let seen = see_voxel(params, from, v);
         let size = seen.size * max(dot(seen.direction, normal), least);
-        let mut light = seen.radiance * size;
-        if v.glossy > 0 {
-            light += mirrored_light(params, from, normal, least, v, proxies, radiance);
-        }
-        return (light, size);
+        return (seen.radiance * size, size);
     }
     let mut sum = Vec4::ZERO;
     let mut i = v.begin;

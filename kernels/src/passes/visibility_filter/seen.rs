@@ -87,30 +87,6 @@ pub(super) fn see_proxy(
     }
 }
 
-/// What a proxy mirrors toward a point; a size of 0 where that is nothing.
-#[inline]
-pub(super) fn see_mirrored(
-    params: &GatherVoxelsParams,
-    from: Vec3,
-    index: u32,
-    proxies: &[Proxy],
-    radiance: &[Vec4],
-) -> Seen {
-    let p = &proxies[index as usize];
-    let between = p.position.truncate() - from;
-    let squared = dot(between, between);
-    let inverse_distance = rsqrt(max(squared, MIN_POSITIVE));
-    let direction = between * inverse_distance;
-    let cosine = -dot(p.normal.truncate(), direction);
-    let number = 2 * index + if cosine >= 0.0 { 0 } else { 1 };
-    let lobes = (params.sides, params.lights);
-    let light = mirrored(lobes, number, -direction, params.disc_radius, inverse_distance, radiance);
-    let bright = max(max(light.x, light.y), light.z) > 0.0;
-    let size = if bright { solid_share(params, squared, p.normal.w) * abs(cosine) } else { 0.0 };
-    let openness = if bright { radiance[number as usize].w } else { 0.0 };
-    Seen { direction, inverse_distance, size, radiance: light, openness }
-}
-
 /// What of a voxel faces a point.
 struct Facing {
     light: Vec3,
@@ -150,9 +126,9 @@ pub(super) fn see_voxel(params: &GatherVoxelsParams, from: Vec3, v: &Voxel) -> S
     Seen { direction, inverse_distance, size, radiance, openness: 1.0 }
 }
 
-/// Whether a voxel counts proxy by proxy: its centroid is nearer than R.
+/// Whether a voxel counts proxy by proxy: its centroid is nearer than R, or some of its proxies mirror a light.
 #[inline]
-pub(super) fn is_near(params: &GatherVoxelsParams, from: Vec3, v: &Voxel) -> bool {
+pub(super) fn counts_singly(params: &GatherVoxelsParams, from: Vec3, v: &Voxel) -> bool {
     let between = v.centroid.truncate() - from;
-    dot(between, between) < params.near_range * params.near_range
+    v.glossy > 0 || dot(between, between) < params.near_range * params.near_range
 }
