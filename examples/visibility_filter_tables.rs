@@ -4,20 +4,14 @@
 //! compared with the path tracer's indirect light (one bounce, SAMPLES paths for each of these pixels, 8192 if none are
 //! given). Scenes from files are taken from the folder `TWINLIGHT_SCENES`, and left out where it has none.
 
-use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
+#[path = "common/tables.rs"]
+mod tables;
+
+use tables::{Result, SIDE, Subject, error, reference, subjects};
 use twinlight::backend::Cpu;
-use twinlight::picture::Picture;
-use twinlight::report::error::picture_error;
-use twinlight::scene::{Camera, Scene, bvh::Bvh, light};
-use twinlight::technique::reference::{self, Reference};
+use twinlight::scene::bvh::Bvh;
 use twinlight::technique::visibility_filter::{self, Clamp, Gather, Visibility, VisibilityFilter};
 use twinlight::technique::{Job, LightPart, View, World};
-
-type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
-
-const SIDE: u32 = 512;
-const COARSE: u32 = 128;
 
 /// What a line of the table changes.
 type Change = (&'static str, fn(&mut VisibilityFilter));
@@ -52,103 +46,25 @@ const CHANGES: [Change; 25] = [
     ("illumination 512²", |s| s.illumination = Some((SIDE, SIDE))),
 ];
 
-/// A scene, how it is looked at, and the settings that its table starts from.
-struct Subject {
-    name: &'static str,
-    scene: Scene,
-    camera: Camera,
-    settings: VisibilityFilter,
-}
-
-fn subjects() -> Result<Vec<Subject>> {
-    let settings = VisibilityFilter::default();
-    let mut all = Vec::new();
-    for name in ["cornell-box", "cornell-glossy"] {
-        let scene = Scene::open(name)?;
-        let camera = scene.view();
-        all.push(Subject { name, scene, camera, settings: settings.clone() });
-    }
-    let camera = |eye: [f32; 3], target: [f32; 3], fov| Camera {
-        eye: eye.into(),
-        target: target.into(),
-        up: glam::Vec3::Y,
-        fov,
-    };
-    let low = camera([0.0, 0.8, 3.2], [0.0, 0.8, 0.0], 36.0);
-    let files = [
-        (
-            "cornell-glossy.glb",
-            low,
-            light::parse_spot("-0.6,1.5,0.6:0.9,-1.2,-0.7:4,4,4:35")?,
-            settings.clone(),
-        ),
-        (
-            "cornell-original.glb",
-            camera([0.0, 1.0, 3.4], [0.0, 1.0, 0.0], 39.0),
-            light::parse_point("0,1.8,0:2,2,2")?,
-            settings.clone(),
-        ),
-        (
-            "sponza.glb",
-            camera([-11.0, 1.7, -0.5], [8.0, 4.5, 0.0], 60.0),
-            light::parse_sun("0.25,-1,0.15:12,11,9.5")?,
-            VisibilityFilter { proxies: 170_000, grid: [32; 3], ..settings },
-        ),
-    ];
-    let folder = std::env::var_os("TWINLIGHT_SCENES").map(PathBuf::from).unwrap_or_default();
-    for (name, camera, lamp, settings) in files {
-        let path = folder.join(name);
-        if !path.is_file() {
-            eprintln!("left out: {name} is not in the folder TWINLIGHT_SCENES");
-            continue;
-        }
-        let mut scene = Scene::open(&path.display().to_string())?;
-        scene.lights = vec![lamp];
-        all.push(Subject { name, scene, camera, settings });
-    }
-    Ok(all)
-}
-
-/// Averages blocks of pixels.
-fn averaged(picture: &Picture) -> Picture {
-    let step = SIDE / COARSE;
-    let mut small = Picture::new(COARSE, COARSE);
-    for (i, pixel) in picture.pixels.iter().enumerate() {
-        let (x, y) = (i as u32 % SIDE / step, i as u32 / SIDE / step);
-        small.pixels[(y * COARSE + x) as usize] += *pixel / (step * step) as f32;
-    }
-    small
-}
-
 fn main() -> Result<()> {
     let samples = std::env::args().nth(1).map_or(Ok(8192), |text| text.parse())?;
-    let only = std::env::args().nth(2);
-    for subject in subjects()? {
-        let Subject { name, scene, camera, settings } = subject;
-        if only.as_deref().is_some_and(|o| o != name) {
-            continue;
-        }
-        let tree = Bvh::build(&scene.triangles, &scene.materials)?;
-        let view = View::new(&camera, COARSE, COARSE)?;
-        let right = Reference { samples, ..Default::default() };
-        let right = reference::render(&scene, &tree, &view, &right, &AtomicBool::new(false), |_| ());
-        let s = right.statistics[1];
-        let noise = 3.0 * s.pixel_standard_error / s.mean.element_sum();
-        println!(
-            "\n{name}: mean indirect radiance {:.5}, reference noise {:.1} %\n",
-            s.mean.y,
-            100.0 * noise
-        );
+    for subject in subjects(std::env::args().nth(2).as_deref())? {
+        let right = reference(&subject, 1, samples)?;
+        let Subject { name, scene, camera } = subject;
         println!("| {name} | relative RMSE | mean ratio | ms |\n|---|---|---|---|");
+        let tree = Bvh::build(&scene.triangles, &scene.materials)?;
         let view = View::new(&camera, SIDE, SIDE)?;
         let mut cpu = Cpu::new(None)?;
         let world = World::upload(&mut cpu, &scene, &tree, false)?;
         let job = Job { light: LightPart::Indirect, ..Job::default() };
         for (what, change) in CHANGES {
-            let mut settings = settings.clone();
+            let mut settings = VisibilityFilter::default();
+            if name == "sponza.glb" {
+                (settings.proxies, settings.grid) = (170_000, [32; 3]);
+            }
             change(&mut settings);
             let (rendered, _) = visibility_filter::render(&mut cpu, &world, &view, &job, &settings)?;
-            let error = picture_error(&averaged(&rendered.picture), &right.indirect).ok_or("sizes differ")?;
+            let error = error(&rendered.picture, &right)?;
             let time: f64 = rendered.timings.iter().map(|t| t.nanoseconds * 1e-6).sum();
             println!(
                 "| {what} | {:.1} % | {:.3} | {time:.0} |",

@@ -7,7 +7,7 @@ use super::list::ListHeader;
 use super::march::is_glossy;
 use super::merged_lists::{DONE, Lists, cells, weights};
 use super::proxy::Proxy;
-use super::seen::{for_four, see_proxy, see_voxel};
+use super::seen::{for_two, see_proxy, see_voxel};
 use crate::gaussian::{one_minus_cosine, specular_falloff};
 use crate::geometry::bvh::NO_TRIANGLE;
 use crate::math::{MIN_POSITIVE, PI, acos, div, dot, log2, max, min, normalize_or, pow_fast, rsqrt};
@@ -135,7 +135,7 @@ pub fn gather_specular(
         if lobe.reaches(from, v) {
             let mut i = v.begin;
             while i < v.end {
-                for_four!(i, v.end, |at| {
+                for_two!(i, v.end, |at| {
                     let seen = see_proxy(params, from, at, proxies, radiance);
                     let cosine = dot(seen.direction, normal);
                     if cosine > 0.0 {
@@ -145,7 +145,7 @@ pub fn gather_specular(
                         whole += size;
                     }
                 });
-                i += 4;
+                i += 2;
             }
         }
         member = merged.take(lists);

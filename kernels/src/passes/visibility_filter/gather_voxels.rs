@@ -13,7 +13,7 @@ use super::grid::Voxel;
 use super::list::ListHeader;
 use super::merged_lists::{DONE, Lists, Member, cells, weights};
 use super::proxy::Proxy;
-use super::seen::{counts_singly, for_four, see_proxy, see_voxel};
+use super::seen::{counts_singly, for_two, see_proxy, see_voxel};
 use crate::geometry::bvh::NO_TRIANGLE;
 use crate::math::{MIN_POSITIVE, div, dot, exp_minus_one, max};
 use crate::passes::surface::Surface;
@@ -165,16 +165,16 @@ fn voxel_light(
     }
     let mut sum = Vec4::ZERO;
     let mut i = v.begin;
-    // Four at a time: a software driver ends all loops of a work item after 65 535 rounds.
+    // Two at a time: a software driver ends all loops of a work item after 65 535 rounds.
     while i < v.end {
-        for_four!(i, v.end, |at| {
+        for_two!(i, v.end, |at| {
             let seen = see_proxy(params, from, at, proxies, radiance);
             let openness = if by_share { seen.openness } else { 1.0 };
             // Nothing below the horizon: a voxel that neighbours saw may lie behind this surface.
             let size = seen.size * openness * max(dot(seen.direction, normal), 0.0);
             sum += (seen.radiance * size).extend(size);
         });
-        i += 4;
+        i += 2;
     }
     (sum.truncate(), sum.w)
 }

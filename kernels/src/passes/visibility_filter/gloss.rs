@@ -5,7 +5,7 @@
 //! in the lobe's middle. The paper's proxies are diffuse only; without these a metal block throws no bright patch.
 
 use super::grid::GridParams;
-use super::seen::for_four;
+use super::seen::for_two;
 use crate::geometry::bvh::NO_TRIANGLE;
 use crate::math::{FRAC_1_PI, div, dot, max, min, pow_fast};
 use crate::passes::light::incident_light;
@@ -98,13 +98,13 @@ pub(super) fn mirrored(
     let first = first_lobe(sides, lights, side);
     let blur = 0.5 * disc_radius * inverse_distance;
     let mut sum = Vec3::ZERO;
-    // Loops are dear to a work item, and few scenes have more than four lights.
-    for_four!(0, lights, |light| {
+    // Loops are dear to a work item, and few scenes have more than two lights.
+    for_two!(0, lights, |light| {
         let at = first + 2 * light;
         sum += lobe_toward(direction, radiance[at as usize], radiance[(at + 1) as usize], blur);
     });
-    if lights > 4 {
-        for light in 4..lights {
+    if lights > 2 {
+        for light in 2..lights {
             let at = first + 2 * light;
             sum += lobe_toward(direction, radiance[at as usize], radiance[(at + 1) as usize], blur);
         }

@@ -1,0 +1,65 @@
+//! Prints how the knobs of voxel cone tracing trade error for time: the tables of `docs/voxel-cones.md`.
+//!
+//! `cargo run --release --example voxel_cones_tables [SAMPLES [SCENE]]`. Pictures of 512 × 512 are averaged to 128 × 128 and
+//! compared with the path tracer's indirect light (SAMPLES paths for each of these pixels, 8192 if none are given) of one
+//! bounce, and of two where two are asked for. Scenes from files are taken from the folder `TWINLIGHT_SCENES`, and left out
+//! where it has none.
+
+#[path = "common/tables.rs"]
+mod tables;
+
+use tables::{Result, SIDE, Subject, error, reference, subjects};
+use twinlight::backend::Cpu;
+use twinlight::scene::bvh::Bvh;
+use twinlight::technique::voxel_cones::{self, VoxelCones, Voxelisation};
+use twinlight::technique::{Job, LightPart, View, World};
+
+/// What a line of the table changes.
+type Change = (&'static str, fn(&mut VoxelCones));
+
+const CHANGES: [Change; 16] = [
+    ("as it is: 128³, 16 cones", |_| ()),
+    ("32³", |s| s.resolution = 32),
+    ("64³", |s| s.resolution = 64),
+    ("256³", |s| s.resolution = 256),
+    ("6 cones", |s| s.cones = 6),
+    ("32 cones", |s| s.cones = 32),
+    ("64 cones", |s| s.cones = 64),
+    ("64 cones, 256³", |s| (s.cones, s.resolution) = (64, 256)),
+    ("16 cones of 10°", |s| s.half_angle = Some(5.0)),
+    ("16 cones of 60°", |s| s.half_angle = Some(30.0)),
+    ("voxels as wide as cones", |s| s.width = 1.0),
+    ("step ½", |s| s.step = 0.5),
+    ("no clearance", |s| s.clearance = 0.0),
+    ("one value for all directions", |s| s.anisotropic = false),
+    ("thin voxels", |s| s.voxelisation = Voxelisation::Thin),
+    ("two bounces", |s| (s.bounces, s.bounce_cones) = (2, 16)),
+];
+
+fn main() -> Result<()> {
+    let samples = std::env::args().nth(1).map_or(Ok(8192), |text| text.parse())?;
+    for subject in subjects(std::env::args().nth(2).as_deref())? {
+        let right = [reference(&subject, 1, samples)?, reference(&subject, 2, samples)?];
+        let Subject { name, scene, camera } = subject;
+        println!("| {name} | relative RMSE | mean ratio | ms | MiB |\n|---|---|---|---|---|");
+        let tree = Bvh::build(&scene.triangles, &scene.materials)?;
+        let view = View::new(&camera, SIDE, SIDE)?;
+        let mut cpu = Cpu::new(None)?;
+        let world = World::upload(&mut cpu, &scene, &tree, false)?;
+        let job = Job { light: LightPart::Indirect, ..Job::default() };
+        for (what, change) in CHANGES {
+            let mut settings = VoxelCones::default();
+            change(&mut settings);
+            let (rendered, counts) = voxel_cones::render(&mut cpu, &world, &view, &job, &settings)?;
+            let error = error(&rendered.picture, &right[settings.bounces as usize - 1])?;
+            let time: f64 = rendered.timings.iter().map(|t| t.nanoseconds * 1e-6).sum();
+            println!(
+                "| {what} | {:.1} % | {:.3} | {time:.0} | {:.1} |",
+                100.0 * error.relative_rmse,
+                error.mean_ratio,
+                counts.bytes as f64 / 1_048_576.0
+            );
+        }
+    }
+    Ok(())
+}
