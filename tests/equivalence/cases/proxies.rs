@@ -76,7 +76,6 @@ impl Proxied {
             pairs: count,
             weighted: 1,
             lights: world.lights.len() as u32,
-            ..Default::default()
         };
         let keys: Vec<u32> = (0..2 * count).map(|i| passes::proxy_keys(i, &grid, &unsorted)).collect();
         let order = sorted(&keys);

@@ -23,7 +23,7 @@ fn ten_bits(depth: f32) -> u32 {
 #[inline]
 pub fn unpack_depths(word: u32) -> Vec3 {
     // 8/1023²
-    const SCALE: f32 = 7.644_26e-6;
+    const SCALE: f32 = 7.644_318e-6;
     let x = (word & 1023) as f32;
     let y = ((word >> 10) & 1023) as f32;
     let z = ((word >> 20) & 1023) as f32;
