@@ -6,6 +6,7 @@ mod proxies;
 mod scene;
 mod spherical;
 mod visibility;
+mod voxelised;
 mod voxels;
 
 pub use arrays::*;
