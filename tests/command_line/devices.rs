@@ -41,9 +41,10 @@ fn every_pass_is_exact_on_the_cornell_box() {
     let of = |name: &str| passes.iter().filter(|p| p["pass"] == name).count();
     assert_eq!(
         (of("fill_background"), of("ambient_openness") >= 2, of("draw_proxies")),
-        (2, true, 1),
+        (3, true, 1),
         "{json}"
     );
+    assert!(["child_pairs", "inject_photons", "filter_radiance", "cone_diffuse"].iter().all(|p| of(p) >= 1));
     assert!(
         ["overlap_pairs", "trace_rays", "filter_lists", "gather_diffuse", "upsample"]
             .iter()
@@ -76,5 +77,6 @@ fn render_on_the_gpu_writes_the_picture_of_the_cpu() {
     assert!(cpu == render("gpu.exr", &["--backend", "gpu", "--arithmetic", "strict"]));
     assert!(cpu != render("other.exr", &["--fov", "38"]), "negative control: another angle of view");
     let fast = render("fast.exr", &["--backend", "gpu"]);
-    assert_eq!(fast.len(), cpu.len());
+    // Compressed: nearly the same bits take nearly the same bytes.
+    assert!(fast.len().abs_diff(cpu.len()) < cpu.len() / 20, "{} and {}", fast.len(), cpu.len());
 }
