@@ -48,7 +48,7 @@ fn every_pass_is_exact_on_the_cornell_box() {
     assert!(
         ["overlap_pairs", "trace_rays", "filter_lists", "gather_diffuse", "upsample"]
             .iter()
-            .all(|p| of(p) == 1),
+            .all(|p| of(p) >= 1),
         "{json}"
     );
     let discs = succeed(folder.path(), &[&options[..], &["--meet", "proxies", "--json"]].concat()).json();
