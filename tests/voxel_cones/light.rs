@@ -177,3 +177,19 @@ fn the_sky_lights_voxels() {
     let (rendered, counts) = render_on(&mut cpu(), &dark, &view, &job, &at(32), false);
     assert!(rendered.picture.mean() == Vec3::ZERO && counts.lit == 0);
 }
+
+#[test]
+fn emissive_surfaces_count_once() {
+    // A floor under a large lamp.
+    let mut s = scene();
+    square(&mut s, 0.0, 1.0, true, grey(0.5));
+    square(&mut s, 1.0, 1.0, false, emitter(0.0, 1.0));
+    let view = view(&camera(v(0.0, 0.5, 1.9), v(0.0, 0.0, 0.0), 20.0), 24, 24);
+    let settings = VoxelCones { cones: 48, illumination: Some((24, 24)), ..at(128) };
+    let job = Job { rays: 256, ..Job::default() };
+    let all = render_on(&mut cpu(), &s, &view, &job, &settings, true).0.picture.mean().y;
+    let rays = Job { light: LightPart::Direct, ..job };
+    let right = render_on(&mut cpu(), &s, &view, &rays, &settings, true).0.picture.mean().y;
+    println!("a lamp by cones {all:.4}, by rays {right:.4}");
+    assert!((all / right - 1.0).abs() < 0.25, "{all} for {right}: light is counted twice or lost");
+}

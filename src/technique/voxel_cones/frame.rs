@@ -116,7 +116,9 @@ pub(super) fn render<B: Backend>(
         let mut sum = if job.light == LightPart::Indirect {
             backend.alloc("radiance", count)?
         } else {
-            direct::band_radiance(backend, world, &g, job, seen)?
+            // Voxels emit: cones bring the light of emissive surfaces.
+            let emitters = world.emits && gathered.is_none();
+            direct::band_radiance(backend, world, &g, job, emitters, seen)?
         };
         if let Some(gathered) = &gathered {
             backend.set_stage("upsampling");

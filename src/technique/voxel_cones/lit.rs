@@ -79,7 +79,6 @@ impl<B: Backend> Lit<B> {
             lit = photons(backend, world, p, &params, settings)?;
         }
         if world.has_environment || settings.bounces > 1 {
-            backend.set_stage("bounces");
             lit = lit.with_bounces(backend, world, p, &params, settings)?;
         }
         let _ = seen;
@@ -119,6 +118,7 @@ impl<B: Backend> Lit<B> {
         direct: &Self,
         environment: bool,
     ) -> Result<Self, BackendError> {
+        backend.set_stage("bounces");
         let mut cones = frame::cone_params(world, p, self, settings);
         cones.cones = settings.bounce_cones;
         cones.lit_by_environment = u32::from(environment);
