@@ -59,6 +59,16 @@ pub fn compact<B: Backend>(
     flags: &B::Buffer<u32>,
     count: u32,
 ) -> Result<(B::Buffer<u32>, u32), BackendError> {
+    let (indices, _, found) = listed(backend, flags, count)?;
+    Ok((indices, found))
+}
+
+/// Returns the indices of the flags that are 1, in order, how many stand before each flag, and how many there are.
+pub fn listed<B: Backend>(
+    backend: &mut B,
+    flags: &B::Buffer<u32>,
+    count: u32,
+) -> Result<(B::Buffer<u32>, B::Buffer<u32>, u32), BackendError> {
     let places = exclusive_scan(backend, flags, count)?;
     let mut indices = backend.alloc("compacted", count as usize)?;
     backend.compact_indices(
@@ -69,11 +79,11 @@ pub fn compact<B: Backend>(
         count,
     )?;
     if count == 0 {
-        return Ok((indices, 0));
+        return Ok((indices, places, 0));
     }
     let last_place = backend.download(&places)?[count as usize - 1];
     let last_flag = backend.download(flags)?[count as usize - 1];
-    Ok((indices, last_place + last_flag))
+    Ok((indices, places, last_place + last_flag))
 }
 
 /// Returns the sum of the first `count` vectors in the fixed order of a tree of eights.

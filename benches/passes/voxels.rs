@@ -3,12 +3,13 @@
 use super::{COUNT, Case, SIDE, Samples, copy, exclusive_scan, map, words};
 use glam::Vec4;
 use twinlight::backend::Cpu;
-use twinlight::technique::voxel_cones::{Lit, Pyramid, VoxelCones};
-use twinlight::technique::{Inspection, Job, World};
+use twinlight::technique::World;
+use twinlight::technique::voxel_cones::{Lighting, Lit, Pyramid, VoxelCones};
 use twinlight_kernels::geometry::lattice::{BLOCK_WORDS, block_count, blocks_along, level_offset};
 use twinlight_kernels::passes::elements::*;
 use twinlight_kernels::passes::voxel_cones::build::LEAF_WORDS;
 use twinlight_kernels::passes::voxel_cones::inject::{POWER_WORDS, RADIANCE_WORDS};
+use twinlight_kernels::passes::voxel_cones::lobes::{LOBE_POWER_WORDS, LOBE_WORDS};
 
 type Words = Vec<u32>;
 type OfTriangles = (Words, Words, Vec<Triangle>, Vec<Material>, Words);
@@ -29,9 +30,7 @@ impl Voxels {
         let settings = VoxelCones { resolution: 64, light_map: SIDE, ..Default::default() };
         let pyramid = Pyramid::build(cpu, w, &settings)?;
         let coarse = Pyramid::build(cpu, w, &VoxelCones { resolution: 32, ..settings.clone() })?;
-        let job = Job::default();
-        let mut seen = Inspection::new(&job, SIDE, SIDE);
-        let lit = Lit::light(cpu, w, &pyramid, &settings, &mut seen)?;
+        let lit = Lighting::new(cpu, w, &pyramid, &settings)?.reflected;
         let blocks: Words = copy(&pyramid.blocks);
         let masks = blocks.chunks_exact(BLOCK_WORDS as usize).flat_map(|b| [b[0], b[1]]).collect();
         Ok(Self { pyramid, coarse, lit, masks })
@@ -329,4 +328,76 @@ pub fn keep_lit(s: &Samples) -> Case<PyramidParams, (Words, Words)> {
     let lit = s.voxels.lit_list(0);
     let items = lit.len() as u32 * RADIANCE_WORDS;
     map(s.voxels.params(0).0, (lit, s.voxels.leaf_words()), items)
+}
+
+pub fn inject_lobes(s: &Samples) -> Case<PhotonParams, InjectPhotons> {
+    let outputs = s.voxels.pyramid.params.leaves * LOBE_POWER_WORDS;
+    Case { outputs, ..inject_photons(s) }
+}
+
+pub fn lit_lobes(s: &Samples) -> Case<PyramidParams, (Words, Words, Words)> {
+    let (params, leaves) = s.voxels.params(0);
+    let power = words(leaves * LOBE_POWER_WORDS);
+    let inputs = ((0..leaves).collect(), copy(&s.voxels.pyramid.sums), power);
+    Case { params, inputs, outputs: leaves * LOBE_WORDS, items: leaves }
+}
+
+pub fn filter_lobes(s: &Samples) -> Case<PyramidParams, FilterRadiance> {
+    let Case { params, inputs, items, .. } = filter_radiance(s);
+    let (lit, points, blocks, depths, children, radiance) = inputs;
+    // As many words for each child, of other things: what is timed are the look-ups.
+    Case {
+        params,
+        inputs: (lit, points, blocks, depths, children, radiance),
+        outputs: items * LOBE_WORDS,
+        items,
+    }
+}
+
+pub fn keep_lobes(s: &Samples) -> Case<PyramidParams, (Words, Words, Words)> {
+    let v = &s.voxels;
+    let lit = v.lit_list(0);
+    let items = lit.len() as u32 * LOBE_WORDS;
+    let (_, _, places, radiance) = v.structure();
+    map(v.params(0).0, (lit, places, radiance), items)
+}
+
+pub fn merge_marks(s: &Samples) -> Case<PyramidParams, (Words, Words)> {
+    let v = &s.voxels;
+    map(v.params(0).0, (v.blocks(), v.masks.clone()), v.masks.len() as u32)
+}
+
+pub fn carry_leaves(s: &Samples) -> Case<PyramidParams, (Words, Words, Words)> {
+    let p = &s.voxels.pyramid;
+    let params = PyramidParams { child_first: p.params.first, ..p.params };
+    let inputs = (copy(&p.points[0]), s.voxels.blocks(), copy(&p.sums));
+    map(params, inputs, p.params.leaves * LEAF_WORDS)
+}
+
+type UpdateDepths = (Words, Words, Words, Words, Words, Words);
+
+pub fn update_depths(s: &Samples) -> Case<PyramidParams, UpdateDepths> {
+    let v = &s.voxels;
+    let Case { params, inputs: (points, blocks, children), items, .. } = filter_depths(s);
+    // A tenth of the voxels moves.
+    let some = words(v.masks.len() as u32).into_iter().map(|w| w & (w >> 7) & (w >> 13));
+    let marks = v.masks.iter().zip(some).map(|(m, s)| m & s).collect();
+    let standing = (v.blocks(), copy(&v.pyramid.depths));
+    map(params, (points, blocks, children, standing.0, standing.1, marks), items)
+}
+
+type DrawVoxels = (Vec<VoxelViewParams>, Words, Words, Words, Words);
+
+pub fn draw_voxels(s: &Samples) -> Case<CameraParams, DrawVoxels> {
+    let v = &s.voxels;
+    let (blocks, depths, places, radiance) = v.structure();
+    let p = &v.pyramid.params;
+    let view = VoxelViewParams {
+        lower: p.lower,
+        inverse_edge: p.inverse_edge,
+        depth: p.depth,
+        radiance_unit: 1.0,
+        ..Default::default()
+    };
+    map(s.camera, (vec![view], blocks, depths, places, radiance), COUNT)
 }

@@ -26,7 +26,7 @@ pub fn render<B: Backend>(
     let mut picture = Picture::new(view.width, view.height);
     for band in bands(view) {
         let g = GBuffer::trace(backend, world, view, band.clone(), &mut seen)?;
-        let radiance = band_radiance(backend, world, &g, job, world.emits, &mut seen)?;
+        let radiance = band_radiance(backend, world, &g, job, &mut seen)?;
         let values = backend.download(&radiance)?;
         for (pixel, value) in picture.pixels[band.start as usize..].iter_mut().zip(values) {
             *pixel = value.truncate();
@@ -36,14 +36,12 @@ pub fn render<B: Backend>(
     Ok(seen.finish(picture, timings))
 }
 
-/// The outgoing radiance of a band in direct light, pass by pass onto the sum so far; without `emitters`, what emissive
-/// surfaces send to others is left out.
+/// The outgoing radiance of a band in direct light, pass by pass onto the sum so far.
 pub(super) fn band_radiance<B: Backend>(
     backend: &mut B,
     world: &World<B>,
     g: &GBuffer<B>,
     job: &Job,
-    emitters: bool,
     seen: &mut Inspection<'_>,
 ) -> Result<B::Buffer<Vec4>, BackendError> {
     let count = g.count();
@@ -73,11 +71,11 @@ pub(super) fn band_radiance<B: Backend>(
             std::mem::swap(&mut sum, &mut next);
         }
     }
-    if world.has_environment || emitters {
+    if world.has_environment || world.emits {
         let params = GatherParams {
             rays: job.rays,
             seed: job.seed,
-            flags: if emitters { GATHER_EMISSION } else { 0 },
+            flags: if world.emits { GATHER_EMISSION } else { 0 },
             first_pixel: g.pixels.start,
             ..world.environment
         };

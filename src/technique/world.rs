@@ -51,18 +51,57 @@ pub fn environment_params(environment: &Environment, first_word: u32) -> GatherP
     match environment {
         Environment::None => {}
         Environment::Constant(radiance) => params.environment = radiance.extend(0.0),
-        Environment::Map(map) => params.map = UVec4::new(first_word, map.width, map.height, 0),
+        Environment::Map(map) => {
+            params.map = UVec4::new(first_word, map.width, map.height, copies(map.width, map.height));
+        }
     }
     params
 }
 
-/// The textures, then the map's texels as three words of f32 bits each.
+/// How many smaller copies follow a map: down to one row.
+fn copies(width: u32, height: u32) -> u32 {
+    if width == 0 || height == 0 { 0 } else { height.ilog2() }
+}
+
+/// The textures, then the map's texels as three words of f32 bits each, then its copies of half the size, a quarter …
 pub(crate) fn texels_with_environment(scene: &Scene) -> Vec<u32> {
     let mut texels = scene.texels.clone();
     if let Environment::Map(map) = &scene.environment {
-        texels.extend(map.data.iter().flat_map(|t: &Vec4| [t.x.to_bits(), t.y.to_bits(), t.z.to_bits()]));
+        let mut keep = |data: &[Vec4]| {
+            texels.extend(data.iter().flat_map(|t| [t.x.to_bits(), t.y.to_bits(), t.z.to_bits()]));
+        };
+        keep(&map.data);
+        let (mut data, mut width, mut height) = (map.data.clone(), map.width, map.height);
+        for _ in 0..copies(width, height) {
+            data = halved(&data, width, height);
+            (width, height) = ((width / 2).max(1), height / 2);
+            keep(&data);
+        }
     }
     texels
+}
+
+/// A map of half the width and height: means of four texels, rows by their solid angle. An odd last row or column counts
+/// with the one before.
+fn halved(data: &[Vec4], width: u32, height: u32) -> Vec<Vec4> {
+    let (columns, rows) = ((width / 2).max(1), (height / 2).max(1));
+    let sine = |y: u32| (std::f64::consts::PI * (f64::from(y) + 0.5) / f64::from(height)).sin();
+    let share =
+        |i: u32, count: u32, all: u32| (i * 2).min(all - 1)..if i + 1 == count { all } else { 2 * i + 2 };
+    let mut small = Vec::with_capacity((columns * rows) as usize);
+    for y in 0..rows {
+        for x in 0..columns {
+            let (mut sum, mut whole) = (glam::DVec4::ZERO, 0.0);
+            for from_y in share(y, rows, height) {
+                for from_x in share(x, columns, width) {
+                    sum += data[(from_y * width + from_x) as usize].as_dvec4() * sine(from_y);
+                    whole += sine(from_y);
+                }
+            }
+            small.push((sum / whole).as_vec4());
+        }
+    }
+    small
 }
 
 /// The mean radiance over all texels of an environment, of the strongest colour.

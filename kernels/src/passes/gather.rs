@@ -21,7 +21,8 @@ gpu_struct! {
     pub struct GatherParams {
         /// Radiance of the environment where it has no map; w is 0.
         pub environment: Vec4,
-        /// Words before the environment map in the texels, its width, its height (0 without a map), unused.
+        /// Words before the environment map in the texels, its width, its height (0 without a map), how many smaller copies
+        /// follow, each of half the width and height of the one before.
         pub map: UVec4,
         /// Rays per pixel, at least 1.
         pub rays: u32,

@@ -20,6 +20,7 @@ use crate::passes::visibility_filter::proxy::{Proxy, ProxyParams};
 use crate::passes::voxel_cones::build::PyramidParams;
 use crate::passes::voxel_cones::inject::PhotonParams;
 use crate::passes::voxel_cones::trace::ConeParams;
+use crate::passes::voxel_cones::view::VoxelViewParams;
 use crate::passes::voxel_cones::voxelise::{VoxeliseParams, WordParams};
 
 gpu_struct! {
@@ -110,16 +111,17 @@ layout_words! {
     }
     LobeParams { first_light, light_count, lights, sides }
     UpsampleParams { width, first_pixel, coarse_width, coarse_height, scale_x, scale_y }
-    VoxeliseParams { lower, pairs, thin, depth }
+    VoxeliseParams { lower, pairs, thin, depth, first }
     WordParams { offset, count }
     PyramidParams {
         lower, inverse_edge, depth, level, first, child_first, flags, leaves, thin, power_scale, radiance_scale,
-        first_lit, child_first_lit
+        first_lit, child_first_lit, lobes
     }
     PhotonParams { lower, inverse_edge, depth, first, light, projection, size, spread, scale }
     ConeParams {
         lower, eye, environment, map, inverse_edge, depth, cones, tangent, width, step, start, clearance, cutoff,
-        falloff, reach, radiance_unit, lit_by_environment, first, radiance_scale
+        falloff, reach, radiance_unit, flags, first, radiance_scale, lobes
     }
+    VoxelViewParams { lower, inverse_edge, depth, level, what, lobes, radiance_unit }
     LightMapParams { origin, right, down, forward, projection, size, light, texel, bias }
 }

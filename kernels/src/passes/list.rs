@@ -277,6 +277,32 @@ macro_rules! for_each_pass {
             map mark_bright(PyramidParams; 1 radiance: u32) -> 2 flags: u32, Tolerance::Exact;
             /// Radiance of the leaves with light.
             map keep_lit(PyramidParams; 1 lit: u32, 2 radiance: u32) -> 3 kept: u32, Tolerance::Exact;
+            /// What glossy leaves mirror of photons, and from where to where.
+            scatter inject_lobes(PhotonParams; 1 hits: Hit, 2 triangles: Triangle, 3 materials: Material,
+                4 texels: u32, 5 lights: Light, 6 blocks: u32, 7 places: u32) -> 8 power: u32,
+                Tolerance::Relative { relative: 1e-3, absolute: 64.0, flips: 2e-2 };
+            /// Lobes of the lit leaves.
+            scatter lit_lobes(PyramidParams; 1 lit: u32, 2 sums: u32, 3 power: u32) -> 4 lobes: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 5e-2 };
+            /// Lobes of the lit voxels above the leaves.
+            scatter filter_lobes(PyramidParams; 1 lit: u32, 2 points: u32, 3 blocks: u32, 4 depths: u32,
+                5 children: u32, 6 lobes: u32) -> 7 filtered: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 1e-1 };
+            /// Lobes of the leaves that are lit by more.
+            map keep_lobes(PyramidParams; 1 lit: u32, 2 places: u32, 3 radiance: u32) -> 4 kept: u32, Tolerance::Exact;
+            /// Points of the lattice that are voxels of what stands still or of what moves.
+            map merge_marks(PyramidParams; 1 blocks: u32, 2 marks: u32) -> 3 merged: u32, Tolerance::Exact;
+            /// What standing triangles cover of the leaves.
+            map carry_leaves(PyramidParams; 1 points: u32, 2 blocks: u32, 3 sums: u32) -> 4 carried: u32,
+                Tolerance::Exact;
+            /// Optical depths, filtered anew above what moves.
+            map update_depths(PyramidParams; 1 points: u32, 2 blocks: u32, 3 children: u32, 4 standing_blocks: u32,
+                5 standing_depths: u32, 6 marks: u32) -> 7 depths: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 2e-2 };
+            /// The voxels of a level as cubes.
+            map draw_voxels(CameraParams; 1 view: VoxelViewParams, 2 blocks: u32, 3 depths: u32, 4 places: u32,
+                5 radiance: u32) -> 6 picture: Vec4,
+                Tolerance::Relative { relative: 1e-3, absolute: 1e-3, flips: 1e-2 };
         }
     };
 }

@@ -70,7 +70,10 @@ pub use voxel_cones::build::{
 };
 pub use voxel_cones::filter::{filter_radiance, keep_lit, lit_places, mark_bright, mark_lit_parents};
 pub use voxel_cones::inject::{inject_emission, inject_photons, lit_radiance, mark_emissive, mark_lit};
+pub use voxel_cones::lobes::{filter_lobes, inject_lobes, keep_lobes, lit_lobes};
+pub use voxel_cones::moving::{carry_leaves, merge_marks, update_depths};
 pub use voxel_cones::trace::{add_bounce, bounce_radiance, cone_diffuse, cone_openness, cone_specular};
+pub use voxel_cones::view::draw_voxels;
 pub use voxel_cones::voxelise::{
     child_masks, child_pairs, mark_voxels, mask_counts, place_words, root_pairs,
 };
@@ -101,6 +104,7 @@ pub mod elements {
     pub use super::voxel_cones::build::PyramidParams;
     pub use super::voxel_cones::inject::PhotonParams;
     pub use super::voxel_cones::trace::ConeParams;
+    pub use super::voxel_cones::view::VoxelViewParams;
     pub use super::voxel_cones::voxelise::{VoxeliseParams, WordParams};
     pub use crate::geometry::bvh::{BvhNode, Hit, TriangleBlock};
     pub use glam::{UVec4, Vec4};

@@ -220,6 +220,12 @@ fn check_request(a: &RenderArguments, technique: Technique) -> Result<(), Failur
     }
     if technique == Technique::VoxelCones {
         let settings = a.cones.settings()?;
+        for dump in &a.dump {
+            if voxel_cones::voxel_view(dump).is_some_and(|(_, level)| level > settings.depth()) {
+                let depth = settings.depth();
+                return Err(Failure::Request(format!("--dump {dump}: levels are 0 to {depth} here")));
+            }
+        }
         settings.check(a.scene.size.0, a.scene.size.1).map_err(|e| Failure::Request(e.to_string()))?;
         if settings.occlusion && a.only != Only::All {
             return Err(Failure::Request("--only: occlusion is not light; leave it out".into()));
@@ -238,7 +244,8 @@ fn check_request(a: &RenderArguments, technique: Technique) -> Result<(), Failur
         _ => &direct::DUMPS,
     };
     for name in &a.dump {
-        if !known.contains(&name.as_str()) {
+        let of_voxels = technique == Technique::VoxelCones && voxel_cones::voxel_view(name).is_some();
+        if !known.contains(&name.as_str()) && !of_voxels {
             return Err(Failure::Request(format!("--dump {name}: this technique has {}", known.join(", "))));
         }
     }

@@ -47,7 +47,7 @@ pub fn render<B: Backend>(
         let mut sum = if job.light == LightPart::Indirect {
             backend.alloc("radiance", count)?
         } else {
-            direct::band_radiance(backend, world, &g, job, world.emits, seen)?
+            direct::band_radiance(backend, world, &g, job, seen)?
         };
         if let Some(gathered) = &gathered {
             backend.set_stage("upsampling");

@@ -1,6 +1,6 @@
 //! How does a picture come from lit voxels? VCT §6 and §8.1.
 
-use super::{Lit, Pyramid, VoxelCones};
+use super::{Lighting, Lit, Pyramid, VoxelCones, drawn};
 use crate::backend::{Backend, BackendError};
 use crate::picture::Picture;
 use crate::technique::gathered::Gathered;
@@ -8,6 +8,7 @@ use crate::technique::gbuffer::{GBuffer, bands};
 use crate::technique::{Inspection, Job, LightPart, View, World, direct};
 use glam::{Vec3, Vec4};
 use twinlight_kernels::passes::elements::ConeParams;
+use twinlight_kernels::passes::voxel_cones::trace::CONES_SEE_ENVIRONMENT;
 
 /// Tangent of a half angle in degrees, or 0 for none: the passes then take their own.
 fn tangent(degrees: Option<f32>) -> f32 {
@@ -39,6 +40,7 @@ pub(super) fn cone_params<B: Backend>(
         radiance_unit: 1.0 / lit.radiance_scale,
         radiance_scale: lit.radiance_scale,
         first: p.params.first,
+        lobes: lit.lobes,
         ..Default::default()
     }
 }
@@ -55,6 +57,7 @@ pub(super) fn render_openness<B: Backend>(
 ) -> Result<Picture, BackendError> {
     let mut picture = Picture::new(view.width, view.height);
     let dark = Lit::dark(backend, p)?;
+    drawn::draw(backend, p, &dark, view, job, seen)?;
     for band in bands(view) {
         let g = GBuffer::trace(backend, world, view, band.clone(), seen)?;
         backend.set_stage("occlusion");
@@ -98,7 +101,7 @@ fn occlusion_params<B: Backend>(
 pub(super) fn render<B: Backend>(
     backend: &mut B,
     world: &World<B>,
-    lit_voxels: Option<(&Pyramid<B>, &Lit<B>)>,
+    lit_voxels: Option<(&Pyramid<B>, &Lighting<B>)>,
     view: &View,
     job: &Job,
     settings: &VoxelCones,
@@ -116,9 +119,7 @@ pub(super) fn render<B: Backend>(
         let mut sum = if job.light == LightPart::Indirect {
             backend.alloc("radiance", count)?
         } else {
-            // Voxels emit: cones bring the light of emissive surfaces.
-            let emitters = world.emits && gathered.is_none();
-            direct::band_radiance(backend, world, &g, job, emitters, seen)?
+            direct::band_radiance(backend, world, &g, job, seen)?
         };
         if let Some(gathered) = &gathered {
             backend.set_stage("upsampling");
@@ -142,12 +143,13 @@ fn gather<B: Backend>(
     backend: &mut B,
     world: &World<B>,
     p: &Pyramid<B>,
-    lit: &Lit<B>,
+    lighting: &Lighting<B>,
     view: &View,
     job: &Job,
     settings: &VoxelCones,
     seen: &mut Inspection<'_>,
 ) -> Result<Gathered<B>, BackendError> {
+    let lit = &lighting.reflected;
     backend.set_stage("diffuse");
     let (width, height) = settings.illumination_size(view.width, view.height);
     let view = view.resized(width, height);
@@ -169,10 +171,14 @@ fn gather<B: Backend>(
     let mut specular = None;
     if let Some(gloss) = &g.gloss {
         backend.set_stage("specular");
+        // What mirrors show of the environment and of emissive surfaces is direct light.
+        let all = job.light == LightPart::All;
+        let lit = lighting.shining.as_ref().filter(|_| all).unwrap_or(lit);
         let params = ConeParams {
             tangent: tangent(settings.specular_half_angle),
-            lit_by_environment: u32::from(world.has_environment && job.light == LightPart::All),
-            ..params
+            flags: if world.has_environment && all { CONES_SEE_ENVIRONMENT } else { 0 },
+            eye: params.eye,
+            ..cone_params(world, p, lit, settings)
         };
         let mut light = backend.alloc("specular light", count as usize)?;
         backend.cone_specular(

@@ -1,21 +1,24 @@
 //! What do surfaces send to each other, by cones through filtered voxels? Crassin et al. 2011 (VCT).
 //!
-//! A [`Pyramid`] stands for the scene, [`Lit`] for what light makes of it; both outlive a picture.
+//! A [`Pyramid`] stands for the scene, [`Lighting`] for what light makes of it; both outlive a picture.
 
+mod drawn;
 mod frame;
+mod inject;
 mod lit;
 mod pyramid;
 mod settings;
 
-pub use lit::Lit;
+pub use drawn::{VOXEL_VIEWS, voxel_view};
+pub use lit::{Lighting, Lit};
 pub use pyramid::Pyramid;
 pub use settings::{MAX_PIXELS, VoxelCones, Voxelisation};
 
 use super::{Inspection, Job, LightPart, Rendered, View, World};
-use crate::backend::{Backend, BackendError, BufferLength};
+use crate::backend::{Backend, BackendError};
 
-/// Buffers that [`Job::dumps`] may name.
-pub const DUMPS: [&str; 11] = [
+/// Buffers that [`Job::dumps`] may name; [`VOXEL_VIEWS`] with a level too.
+pub const DUMPS: [&str; 14] = [
     "albedo",
     "normal",
     "depth",
@@ -27,6 +30,9 @@ pub const DUMPS: [&str; 11] = [
     "specular",
     "indirect",
     "ao",
+    "voxels",
+    "occlusion",
+    "lobes",
 ];
 
 /// How large the structure is.
@@ -67,9 +73,11 @@ pub fn render<B: Backend>(
         if settings.occlusion {
             frame::render_openness(backend, world, &pyramid, view, job, settings, &mut seen)?
         } else {
-            let lit = Lit::light(backend, world, &pyramid, settings, &mut seen)?;
-            counts.lit = lit.count;
-            counts.bytes += 4 * (lit.places.element_count() + lit.radiance.element_count()) as u64;
+            let lit = Lighting::new(backend, world, &pyramid, settings)?;
+            let (voxels, bytes) = lit.size();
+            counts.lit = voxels;
+            counts.bytes += bytes;
+            drawn::draw(backend, &pyramid, &lit.reflected, view, job, &mut seen)?;
             frame::render(backend, world, Some((&pyramid, &lit)), view, job, settings, &mut seen)?
         }
     };

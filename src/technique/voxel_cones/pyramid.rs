@@ -4,8 +4,10 @@ use super::{VoxelCones, Voxelisation};
 use crate::backend::{Backend, BackendError, BufferLength};
 use crate::error::SettingsError;
 use crate::primitives::exclusive_scan;
+use crate::scene::Bounds;
 use crate::technique::World;
 use glam::Vec3;
+use std::ops::Range;
 use twinlight_kernels::geometry::lattice::{BLOCK_WORDS, block_count, blocks_along, level_offset};
 use twinlight_kernels::passes::elements::{PyramidParams, VoxeliseParams, WordParams};
 use twinlight_kernels::passes::voxel_cones::build::{ISOTROPIC, LEAF_WORDS};
@@ -33,72 +35,128 @@ pub struct Pyramid<B: Backend> {
     pub pair_count: u32,
 }
 
-/// The pairs of a level of refinement.
+/// Pairs of cells and triangles.
 struct Pairs<B: Backend> {
     words: B::Buffer<u32>,
     count: u32,
 }
 
+/// Which points of all levels are voxels, how they are found and where they lie.
+struct Structure<B: Backend> {
+    params: PyramidParams,
+    blocks: B::Buffer<u32>,
+    firsts: Vec<u32>,
+    points: Vec<B::Buffer<u32>>,
+}
+
 impl<B: Backend> Pyramid<B> {
     /// Voxelises the scene and filters it upward.
     pub fn build(backend: &mut B, world: &World<B>, settings: &VoxelCones) -> Result<Self, BackendError> {
+        Self::build_part(backend, world, settings, &world.bounds, 0..world.triangle_count)
+    }
+
+    /// Voxelises some of a world's triangles, in a lattice over `bounds`; what lies outside is left out.
+    pub fn build_part(
+        backend: &mut B,
+        world: &World<B>,
+        settings: &VoxelCones,
+        bounds: &Bounds,
+        triangles: Range<u32>,
+    ) -> Result<Self, BackendError> {
         let depth = settings.depth();
         let side = 1u32 << depth;
-        let extent =
-            world.bounds.size().max_element().max(1.0e-6 * world.bounds.centre().abs().max_element());
+        let extent = bounds.size().max_element().max(1.0e-6 * bounds.centre().abs().max_element());
         // Cells are centred on lattice points; the scene fills all but the outermost, and its box avoids their borders.
         let edge = extent.max(1.0e-9) / (side as f32 - 2.6);
-        let corner = world.bounds.centre() - Vec3::splat(0.5 * side as f32 * edge);
-        let thin = settings.voxelisation == Voxelisation::Thin;
-        let pairs = refine(backend, world, corner, side as f32 * edge, depth, thin)?;
-        let mut params = PyramidParams {
+        let corner = bounds.centre() - Vec3::splat(0.5 * side as f32 * edge);
+        let params = PyramidParams {
             lower: (corner + Vec3::splat(0.5 * edge)).extend(edge),
             inverse_edge: 1.0 / edge,
             depth,
             flags: if settings.anisotropic { 0 } else { ISOTROPIC },
-            thin: u32::from(thin),
+            thin: u32::from(settings.voxelisation == Voxelisation::Thin),
             ..Default::default()
         };
-        let (blocks, firsts) = blocks(backend, &params, &pairs)?;
-        params.first = firsts[0];
-        params.leaves = firsts[depth as usize + 1] - firsts[0];
-        let mut points = Vec::new();
-        for level in 0..=depth {
-            let (params, count) = at_level(&params, &firsts, level);
-            let mut of_level = backend.alloc("voxel points", count as usize)?;
-            backend.voxel_points(&params, &blocks, &mut of_level, count)?;
-            points.push(of_level);
-        }
-        let mut sums = backend.alloc("leaf sums", (params.leaves * LEAF_WORDS) as usize)?;
-        let w = world;
-        backend.accumulate_leaves(
-            &params,
-            &pairs.words,
-            &blocks,
-            &w.triangles,
-            &w.materials,
-            &w.texels,
-            &mut sums,
-            pairs.count,
-        )?;
-        let mut depths = backend.alloc("optical depths", firsts[depth as usize + 1] as usize)?;
-        let mut children = backend.alloc("leaf depths", params.leaves as usize)?;
-        backend.leaf_depths(&params, &sums, &mut children, params.leaves)?;
-        place(backend, &children, params.first, &mut depths)?;
-        for level in 1..=depth {
-            let (params, count) = at_level(&params, &firsts, level);
-            let mut of_level = backend.alloc("level depths", count as usize)?;
-            backend.filter_depths(
-                &params,
-                &points[level as usize],
-                &blocks,
-                &children,
-                &mut of_level,
+        let pairs = refine(backend, world, &params, triangles)?;
+        let marks = marks(backend, &params, &pairs)?;
+        let s = Structure::new(backend, &params, &marks)?;
+        let mut sums = backend.alloc("leaf sums", (s.params.leaves * LEAF_WORDS) as usize)?;
+        accumulate(backend, world, &s, &pairs, &mut sums)?;
+        Self::filtered(backend, s, sums, pairs, |backend, params, s, children, output, count| {
+            let points = &s.points[params.level as usize];
+            backend.filter_depths(params, points, &s.blocks, children, output, count)
+        })
+    }
+
+    /// The pyramid of what this one holds and of further triangles: those of moving meshes, where they are now.
+    ///
+    /// This one is read only, frame after frame. The result is what voxelising all at once would give, bit for bit, but only
+    /// the moving triangles are voxelised and only voxels above them are filtered. VCT §4.2.2.
+    pub fn with_moving(
+        &self,
+        backend: &mut B,
+        world: &World<B>,
+        moving: Range<u32>,
+    ) -> Result<Self, BackendError> {
+        let base = PyramidParams { first: 0, leaves: 0, ..self.params };
+        let added = refine(backend, world, &base, moving)?;
+        let marks = marks(backend, &base, &added)?;
+        let words = marks.element_count();
+        let mut merged = backend.alloc("lattice", words)?;
+        backend.merge_marks(&base, &self.blocks, &marks, &mut merged, words as u32)?;
+        let s = Structure::new(backend, &base, &merged)?;
+        let leaf_words = s.params.leaves * LEAF_WORDS;
+        let mut sums = backend.alloc("leaf sums", leaf_words as usize)?;
+        let params = PyramidParams { child_first: self.params.first, ..s.params };
+        backend.carry_leaves(&params, &s.points[0], &self.blocks, &self.sums, &mut sums, leaf_words)?;
+        accumulate(backend, world, &s, &added, &mut sums)?;
+        let count = self.pair_count + added.count;
+        let mut pairs = Pairs { words: backend.alloc("pairs", 2 * count as usize)?, count };
+        place(backend, &self.pairs, 0, &mut pairs.words)?;
+        place(backend, &added.words, 2 * self.pair_count, &mut pairs.words)?;
+        Self::filtered(backend, s, sums, pairs, |backend, params, s, children, output, count| {
+            backend.update_depths(
+                params,
+                &s.points[params.level as usize],
+                &s.blocks,
+                children,
+                &self.blocks,
+                &self.depths,
+                &marks,
+                output,
                 count,
-            )?;
+            )
+        })
+    }
+
+    /// Optical depths from the leaves' sums upward; `filter` makes those of a level from those of the level below.
+    fn filtered(
+        backend: &mut B,
+        s: Structure<B>,
+        sums: B::Buffer<u32>,
+        pairs: Pairs<B>,
+        filter: impl Fn(
+            &mut B,
+            &PyramidParams,
+            &Structure<B>,
+            &B::Buffer<u32>,
+            &mut B::Buffer<u32>,
+            u32,
+        ) -> Result<(), BackendError>,
+    ) -> Result<Self, BackendError> {
+        let depth = s.params.depth;
+        let mut depths = backend.alloc("optical depths", s.firsts[depth as usize + 1] as usize)?;
+        let mut children = backend.alloc("leaf depths", s.params.leaves as usize)?;
+        backend.leaf_depths(&s.params, &sums, &mut children, s.params.leaves)?;
+        place(backend, &children, s.params.first, &mut depths)?;
+        for level in 1..=depth {
+            let (params, count) = at_level(&s.params, &s.firsts, level);
+            let mut of_level = backend.alloc("level depths", count as usize)?;
+            filter(backend, &params, &s, &children, &mut of_level, count)?;
             place(backend, &of_level, params.first, &mut depths)?;
             children = of_level;
         }
+        let Structure { params, blocks, firsts, points } = s;
         Ok(Self { params, blocks, firsts, points, depths, sums, pairs: pairs.words, pair_count: pairs.count })
     }
 
@@ -148,18 +206,19 @@ pub(super) fn place<B: Backend>(
 fn refine<B: Backend>(
     backend: &mut B,
     world: &World<B>,
-    corner: Vec3,
-    size: f32,
-    depth: u32,
-    thin: bool,
+    lattice: &PyramidParams,
+    triangles: Range<u32>,
 ) -> Result<Pairs<B>, BackendError> {
-    let mut params = VoxeliseParams { depth, ..Default::default() };
-    let mut count = world.triangle_count;
+    let (depth, edge) = (lattice.depth, lattice.lower.w);
+    let corner = lattice.lower.truncate() - Vec3::splat(0.5 * edge);
+    let size = (1u32 << depth) as f32 * edge;
+    let mut params = VoxeliseParams { depth, first: triangles.start, ..Default::default() };
+    let mut count = triangles.len() as u32;
     let mut words = backend.alloc("pairs", 2 * count as usize)?;
     backend.root_pairs(&params, &mut words, 2 * count)?;
     for level in 1..=depth {
         params.lower = corner.extend((1u32 << level) as f32 / size);
-        params.thin = u32::from(thin && level == depth);
+        params.thin = u32::from(lattice.thin != 0 && level == depth);
         params.pairs = count;
         let mut masks = backend.alloc("child masks", count as usize)?;
         backend.child_masks(&params, &words, &world.triangles, &mut masks, count)?;
@@ -180,36 +239,74 @@ fn refine<B: Backend>(
     Ok(Pairs { words, count })
 }
 
-/// Which points of all levels are voxels, and the number of each level's first.
-fn blocks<B: Backend>(
+/// Which points of all levels pairs of leaves and triangles make voxels, two words for each block.
+fn marks<B: Backend>(
     backend: &mut B,
     params: &PyramidParams,
     pairs: &Pairs<B>,
-) -> Result<(B::Buffer<u32>, Vec<u32>), BackendError> {
+) -> Result<B::Buffer<u32>, BackendError> {
     let depth = params.depth;
-    let all = block_count(depth);
-    let mut masks = backend.alloc("lattice", 2 * all as usize)?;
+    let mut marks = backend.alloc("lattice", 2 * block_count(depth) as usize)?;
     let words = |level: u32| 2 * blocks_along(depth, level).pow(3);
     let mut below = backend.alloc("level lattice", words(0) as usize)?;
     let voxelise = VoxeliseParams { depth, ..Default::default() };
     backend.mark_voxels(&voxelise, &pairs.words, &mut below, pairs.count)?;
-    place(backend, &below, 2 * level_offset(depth, 0), &mut masks)?;
+    place(backend, &below, 2 * level_offset(depth, 0), &mut marks)?;
     for level in 1..=depth {
         let mut of_level = backend.alloc("level lattice", words(level) as usize)?;
         let params = PyramidParams { level, ..*params };
         backend.parent_masks(&params, &below, &mut of_level, words(level))?;
-        place(backend, &of_level, 2 * level_offset(depth, level), &mut masks)?;
+        place(backend, &of_level, 2 * level_offset(depth, level), &mut marks)?;
         below = of_level;
     }
-    let mut counts = backend.alloc("block counts", all as usize)?;
-    backend.block_counts(params, &masks, &mut counts, all)?;
-    let starts = exclusive_scan(backend, &counts, all)?;
-    let mut packed = backend.alloc("blocks", (BLOCK_WORDS * all) as usize)?;
-    backend.pack_blocks(params, &masks, &starts, &mut packed, BLOCK_WORDS * all)?;
-    let on_host = backend.download(&starts)?;
-    let mut firsts: Vec<u32> =
-        (0..=depth).map(|level| on_host[level_offset(depth, level) as usize]).collect();
-    let last = backend.download(&counts)?.last().copied().unwrap_or(0);
-    firsts.push(on_host.last().copied().unwrap_or(0) + last);
-    Ok((packed, firsts))
+    Ok(marks)
+}
+
+impl<B: Backend> Structure<B> {
+    fn new(backend: &mut B, params: &PyramidParams, marks: &B::Buffer<u32>) -> Result<Self, BackendError> {
+        let depth = params.depth;
+        let all = block_count(depth);
+        let mut counts = backend.alloc("block counts", all as usize)?;
+        backend.block_counts(params, marks, &mut counts, all)?;
+        let starts = exclusive_scan(backend, &counts, all)?;
+        let mut blocks = backend.alloc("blocks", (BLOCK_WORDS * all) as usize)?;
+        backend.pack_blocks(params, marks, &starts, &mut blocks, BLOCK_WORDS * all)?;
+        let on_host = backend.download(&starts)?;
+        let mut firsts: Vec<u32> =
+            (0..=depth).map(|level| on_host[level_offset(depth, level) as usize]).collect();
+        let last = backend.download(&counts)?.last().copied().unwrap_or(0);
+        firsts.push(on_host.last().copied().unwrap_or(0) + last);
+        let leaves = firsts[depth as usize + 1] - firsts[0];
+        let params = PyramidParams { first: firsts[0], leaves, ..*params };
+        let mut points = Vec::new();
+        for level in 0..=depth {
+            let (params, count) = at_level(&params, &firsts, level);
+            let mut of_level = backend.alloc("voxel points", count as usize)?;
+            backend.voxel_points(&params, &blocks, &mut of_level, count)?;
+            points.push(of_level);
+        }
+        Ok(Self { params, blocks, firsts, points })
+    }
+}
+
+/// Adds what pairs' triangles cover of their leaves.
+fn accumulate<B: Backend>(
+    backend: &mut B,
+    world: &World<B>,
+    s: &Structure<B>,
+    pairs: &Pairs<B>,
+    sums: &mut B::Buffer<u32>,
+) -> Result<(), BackendError> {
+    let (triangles, materials) = (&world.triangles, &world.materials);
+    let texels = &world.texels;
+    backend.accumulate_leaves(
+        &s.params,
+        &pairs.words,
+        &s.blocks,
+        triangles,
+        materials,
+        texels,
+        sums,
+        pairs.count,
+    )
 }

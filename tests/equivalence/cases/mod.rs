@@ -6,6 +6,7 @@ mod proxies;
 mod scene;
 mod spherical;
 mod visibility;
+mod voxel_light;
 mod voxelised;
 mod voxels;
 
@@ -15,4 +16,5 @@ pub use proxies::*;
 pub use scene::*;
 pub use spherical::*;
 pub use visibility::*;
+pub use voxel_light::*;
 pub use voxels::*;

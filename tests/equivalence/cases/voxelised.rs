@@ -12,6 +12,7 @@ use twinlight_kernels::passes;
 use twinlight_kernels::passes::elements::*;
 use twinlight_kernels::passes::voxel_cones::build::{ISOTROPIC, LEAF_WORDS};
 use twinlight_kernels::passes::voxel_cones::inject::{POWER_WORDS, RADIANCE_WORDS};
+use twinlight_kernels::passes::voxel_cones::lobes::{LOBE_POWER_WORDS, LOBE_WORDS};
 
 pub(super) const DEPTH: u32 = 4;
 /// Texels along a side of the photons' map.
@@ -46,6 +47,8 @@ pub(super) struct Voxelised {
     pub(super) lit: Vec<u32>,
     pub(super) power: Vec<u32>,
     pub(super) radiance: Vec<u32>,
+    pub(super) lobe_power: Vec<u32>,
+    pub(super) lobes: Vec<u32>,
 }
 
 fn scatter(len: u32, items: u32, mut item: impl FnMut(u32, &mut Cells)) -> Vec<u32> {
@@ -187,6 +190,24 @@ impl Voxelised {
                 out,
             );
         });
+        let lobe_power = scatter(lit.len() as u32 * LOBE_POWER_WORDS, MAP * MAP, |i, out| {
+            passes::inject_lobes(
+                i,
+                &photons,
+                &hits,
+                &w.triangles,
+                &w.materials,
+                &w.texels,
+                &w.lights,
+                &blocks,
+                &places,
+                out,
+            );
+        });
+        let count = lit.len() as u32;
+        let lobes = scatter(count * LOBE_WORDS, count, |i, out| {
+            passes::lit_lobes(i, &params, &lit, &sums, &lobe_power, out);
+        });
         let words = lit.len() as u32 * RADIANCE_WORDS;
         let radiance = map(words, |i| passes::lit_radiance(i, &params, &lit, &sums, &power));
         Self {
@@ -208,6 +229,8 @@ impl Voxelised {
             lit,
             power,
             radiance,
+            lobe_power,
+            lobes,
             world,
         }
     }
@@ -223,6 +246,11 @@ impl Voxelised {
         let mut all = vec![0; self.params.first as usize];
         all.extend(&self.places);
         all
+    }
+
+    /// Radiance of the lit leaves, then their lobes.
+    pub(super) fn radiance_and_lobes(&self) -> Vec<u32> {
+        [&self.radiance[..], &self.lobes[..]].concat()
     }
 
     pub(super) fn cones(&self) -> ConeParams {
@@ -243,7 +271,8 @@ impl Voxelised {
             reach: 40.0,
             radiance_unit: 2.0,
             radiance_scale: 0.5,
-            lit_by_environment: 1,
+            flags: if self.params.flags == 0 { 1 } else { 3 },
+            lobes: self.radiance.len() as u32,
             first: self.params.first,
             ..Default::default()
         }

@@ -1,15 +1,14 @@
-//! Inputs of the passes over a pyramid of voxels: the random scenes of `voxelised`.
+//! Inputs of the passes that make a pyramid of voxels: the random scenes of `voxelised`.
 
 use super::arrays::scanned;
-use super::scene::launch;
-use super::voxelised::{DEPTH, MAP, Voxelised, at};
+use super::voxelised::{DEPTH, Voxelised, at};
 use crate::body::Launch;
 use crate::case;
 use crate::common::draw::Draw;
 use twinlight_kernels::passes::elements::*;
-use twinlight_kernels::passes::voxel_cones::inject::RADIANCE_WORDS;
+use twinlight_kernels::passes::voxel_cones::build::LEAF_WORDS;
 
-fn items(label: &str, items: usize) -> Launch {
+pub(super) fn items(label: &str, items: usize) -> Launch {
     Launch::new(label, items, items as u32)
 }
 
@@ -160,213 +159,51 @@ pub fn filter_depths(draw: &mut Draw) -> Vec<case::filter_depths> {
     cases
 }
 
-pub fn mark_lit(draw: &mut Draw) -> Vec<case::mark_lit> {
-    Voxelised::all(draw)
-        .map(|v| case::mark_lit {
-            launch: Launch::new("a map", v.params.leaves as usize, MAP * MAP),
-            params: v.photons,
-            hits: v.hits,
-            triangles: v.world.triangles,
-            blocks: v.blocks,
-        })
-        .into()
+/// About half of the marks.
+fn some_marks(draw: &mut Draw, v: &Voxelised) -> Vec<u32> {
+    v.masks.iter().map(|&m| m & draw.word()).collect()
 }
 
-pub fn inject_photons(draw: &mut Draw) -> Vec<case::inject_photons> {
-    Voxelised::all(draw)
-        .map(|v| case::inject_photons {
-            launch: Launch::new("a map", v.power.len(), MAP * MAP),
-            params: v.photons,
-            hits: v.hits,
-            triangles: v.world.triangles,
-            materials: v.world.materials,
-            texels: v.world.texels,
-            lights: v.world.lights,
-            blocks: v.blocks,
-            places: v.places,
-        })
-        .into()
+pub fn merge_marks(draw: &mut Draw) -> Vec<case::merge_marks> {
+    let mut cases = Vec::new();
+    for v in Voxelised::all(draw) {
+        let marks = some_marks(draw, &v).into_iter().rev().collect();
+        let launch = items("all blocks", v.masks.len());
+        cases.push(case::merge_marks { launch, params: v.params, blocks: v.blocks, marks });
+    }
+    cases
 }
 
-pub fn mark_emissive(draw: &mut Draw) -> Vec<case::mark_emissive> {
-    Voxelised::all(draw)
-        .map(|v| case::mark_emissive {
-            launch: Launch::new("all pairs", v.params.leaves as usize, v.pairs.len() as u32 / 2),
-            params: v.params,
-            pairs: v.pairs,
-            blocks: v.blocks,
-            triangles: v.world.triangles,
-            materials: v.world.materials,
-            texels: v.world.texels,
-        })
-        .into()
+pub fn carry_leaves(draw: &mut Draw) -> Vec<case::carry_leaves> {
+    // The leaves of another scene: some are the standing one's too.
+    let [a, b] = Voxelised::all(draw);
+    let words = a.params.leaves * LEAF_WORDS;
+    vec![case::carry_leaves {
+        launch: items("leaves", words as usize),
+        params: PyramidParams { child_first: b.params.first, ..a.params },
+        points: a.points[0].clone(),
+        blocks: b.blocks,
+        sums: b.sums,
+    }]
 }
 
-pub fn inject_emission(draw: &mut Draw) -> Vec<case::inject_emission> {
-    Voxelised::all(draw)
-        .map(|v| case::inject_emission {
-            launch: Launch::new("all pairs", v.power.len(), v.pairs.len() as u32 / 2),
-            params: v.params,
-            pairs: v.pairs,
-            blocks: v.blocks,
-            triangles: v.world.triangles,
-            materials: v.world.materials,
-            texels: v.world.texels,
-            places: v.places,
-        })
-        .into()
-}
-
-pub fn lit_places(draw: &mut Draw) -> Vec<case::lit_places> {
-    Voxelised::all(draw)
-        .map(|v| case::lit_places {
-            launch: items("leaves", v.flags.len()),
-            params: PyramidParams { first_lit: 7, ..v.params },
-            starts: scanned(&v.flags),
-            flags: v.flags,
-        })
-        .into()
-}
-
-pub fn lit_radiance(draw: &mut Draw) -> Vec<case::lit_radiance> {
-    Voxelised::all(draw)
-        .map(|v| case::lit_radiance {
-            launch: items("lit leaves", v.radiance.len()),
-            params: v.params,
-            lit: v.lit,
-            sums: v.sums,
-            power: v.power,
-        })
-        .into()
-}
-
-pub fn mark_lit_parents(draw: &mut Draw) -> Vec<case::mark_lit_parents> {
-    Voxelised::all(draw)
-        .map(|v| {
-            let (params, count) = at(&v.params, &v.firsts, 1);
-            case::mark_lit_parents {
-                launch: Launch::new("level 1", count as usize, v.lit.len() as u32),
-                params,
-                lit: v.lit,
-                points: v.points[0].clone(),
-                blocks: v.blocks,
-            }
-        })
-        .into()
-}
-
-pub fn filter_radiance(draw: &mut Draw) -> Vec<case::filter_radiance> {
-    Voxelised::all(draw)
-        .map(|v| {
-            let (params, count) = at(&v.params, &v.firsts, 1);
-            case::filter_radiance {
-                launch: Launch::new("all of level 1", (count * RADIANCE_WORDS) as usize, count),
-                params,
-                lit: (0..count).collect(),
-                points: v.points[1].clone(),
-                blocks: v.blocks,
-                depths: v.depths,
-                children: v.places,
-                radiance: v.radiance,
-            }
-        })
-        .into()
-}
-
-pub fn cone_openness(draw: &mut Draw) -> Vec<case::cone_openness> {
-    Voxelised::all(draw)
-        .map(|v| case::cone_openness {
-            launch: launch("pixels"),
-            params: v.cones(),
-            places: v.all_places(),
-            surfaces: v.world.surfaces,
-            blocks: v.blocks,
-            depths: v.depths,
-            radiance: v.radiance,
-        })
-        .into()
-}
-
-pub fn cone_diffuse(draw: &mut Draw) -> Vec<case::cone_diffuse> {
-    Voxelised::all(draw)
-        .map(|v| case::cone_diffuse {
-            launch: launch("pixels"),
-            params: v.cones(),
-            places: v.all_places(),
-            surfaces: v.world.surfaces,
-            blocks: v.blocks,
-            depths: v.depths,
-            radiance: v.radiance,
-        })
-        .into()
-}
-
-pub fn cone_specular(draw: &mut Draw) -> Vec<case::cone_specular> {
-    Voxelised::all(draw)
-        .map(|v| case::cone_specular {
-            launch: launch("pixels"),
-            params: v.cones(),
-            places: v.all_places(),
-            gloss: v.world.gloss(),
-            surfaces: v.world.surfaces,
-            blocks: v.blocks,
-            depths: v.depths,
-            radiance: v.radiance,
-            texels: v.world.texels,
-        })
-        .into()
-}
-
-pub fn bounce_radiance(draw: &mut Draw) -> Vec<case::bounce_radiance> {
-    Voxelised::all(draw)
-        .map(|v| case::bounce_radiance {
-            launch: items("leaves", (v.params.leaves * RADIANCE_WORDS) as usize),
-            params: v.cones(),
-            places: v.all_places(),
-            points: v.points[0].clone(),
-            sums: v.sums,
-            blocks: v.blocks,
-            depths: v.depths,
-            radiance: v.radiance,
-            texels: v.world.texels,
-        })
-        .into()
-}
-
-/// Words of radiance like those of leaves.
-fn bounced(v: &Voxelised) -> Vec<u32> {
-    v.radiance.iter().copied().cycle().take((v.params.leaves * RADIANCE_WORDS) as usize).collect()
-}
-
-pub fn add_bounce(draw: &mut Draw) -> Vec<case::add_bounce> {
-    Voxelised::all(draw)
-        .map(|v| case::add_bounce {
-            launch: items("leaves", (v.params.leaves * RADIANCE_WORDS) as usize),
-            params: v.cones(),
-            places: v.all_places(),
-            bounced: bounced(&v),
-            radiance: v.radiance,
-        })
-        .into()
-}
-
-pub fn mark_bright(draw: &mut Draw) -> Vec<case::mark_bright> {
-    Voxelised::all(draw)
-        .map(|v| case::mark_bright {
-            launch: items("leaves", v.params.leaves as usize),
-            params: v.params,
-            radiance: bounced(&v),
-        })
-        .into()
-}
-
-pub fn keep_lit(draw: &mut Draw) -> Vec<case::keep_lit> {
-    Voxelised::all(draw)
-        .map(|v| case::keep_lit {
-            launch: items("lit leaves", v.lit.len() * RADIANCE_WORDS as usize),
-            params: v.params,
-            radiance: bounced(&v),
-            lit: v.lit,
-        })
-        .into()
+pub fn update_depths(draw: &mut Draw) -> Vec<case::update_depths> {
+    let [a, b] = Voxelised::all(draw);
+    let marks = some_marks(draw, &a);
+    let mut cases = Vec::new();
+    for level in 1..=DEPTH {
+        let (params, count) = at(&a.params, &a.firsts, level);
+        let children = a.firsts[level as usize - 1] as usize..;
+        cases.push(case::update_depths {
+            launch: items(&format!("level {level}"), count as usize),
+            params,
+            points: a.points[level as usize].clone(),
+            blocks: a.blocks.clone(),
+            children: a.depths[children].to_vec(),
+            standing_blocks: b.blocks.clone(),
+            standing_depths: b.depths.clone(),
+            marks: marks.clone(),
+        });
+    }
+    cases
 }

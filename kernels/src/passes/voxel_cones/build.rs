@@ -53,6 +53,14 @@ gpu_struct! {
         pub first_lit: u32,
         /// Number of lit voxels before those of the level below.
         pub child_first_lit: u32,
+        /// Words before the lobes in a radiance; 0 where there are none.
+        pub lobes: u32,
+        /// Padding.
+        pub pad0: u32,
+        /// Padding.
+        pub pad1: u32,
+        /// Padding.
+        pub pad2: u32,
     }
 }
 
@@ -340,7 +348,11 @@ pub fn filter_depths(
     blocks: &[u32],
     children: &[u32],
 ) -> u32 {
-    let point = unpack_point(points[index as usize]);
+    filtered_depths(params, unpack_point(points[index as usize]), blocks, children)
+}
+
+#[inline]
+pub(super) fn filtered_depths(params: &PyramidParams, point: UVec3, blocks: &[u32], children: &[u32]) -> u32 {
     let mut words = [0u32; 27];
     for number in 0..27 {
         let child = voxel_at(blocks, params.depth, params.level - 1, child_of(point, number));

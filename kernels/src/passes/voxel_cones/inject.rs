@@ -12,9 +12,10 @@ use crate::math::{FRAC_1_PI, PI, abs, div, dot, floor, max, min, recip, sqrt, to
 use crate::passes::Accumulate;
 use crate::passes::light::incident_light;
 use crate::passes::light_map::{PROJECT_PARALLEL, PROJECT_PERSPECTIVE};
-use crate::passes::material::{emitted_radiance, reflectance, texture_coordinates};
+use crate::passes::material::{Reflectance, emitted_radiance, reflectance, texture_coordinates};
 use crate::passes::scene::{Light, Material, Triangle};
 use crate::passes::surface::geometric_normal;
+use crate::sampling::hash::{combine, unit_float};
 use glam::{UVec3, Vec3, Vec4};
 
 /// Words of a lit leaf's power: red, green, blue for each of +x, −x, +y, −y, +z, −z.
@@ -103,6 +104,59 @@ pub fn texel_measure(params: &PhotonParams, texel: u32) -> f32 {
     div(area, squared * sqrt(squared))
 }
 
+/// A photon with what it meets.
+pub(super) struct Photon {
+    /// Number of the lit leaf, plus one; 0 for a photon that meets none.
+    pub(super) place: u32,
+    /// What it brings, in units of power.
+    pub(super) power: Vec3,
+    pub(super) reflectance: Reflectance,
+    /// Of the side that it meets.
+    pub(super) normal: Vec3,
+    pub(super) to_light: Vec3,
+    /// In [0, 1): what fractions are rounded up by, so that dim photons are not lost.
+    pub(super) dither: f32,
+}
+
+/// What photon `index` meets; `places` are the lit leaves' numbers, plus one.
+#[inline]
+pub(super) fn photon_at(
+    index: u32,
+    params: &PhotonParams,
+    hits: &[Hit],
+    triangles: &[Triangle],
+    materials: &[Material],
+    texels: &[u32],
+    lights: &[Light],
+    blocks: &[u32],
+    places: &[u32],
+) -> Photon {
+    let hit = hits[index as usize];
+    // A photon that meets nothing reads the first triangle, and has no place.
+    let triangle = if hit.triangle == NO_TRIANGLE { 0 } else { hit.triangle };
+    let t = &triangles[triangle as usize];
+    let point = hit_point(&hit, t);
+    let leaf = if hit.triangle == NO_TRIANGLE { NO_VOXEL } else { leaf_at(params, blocks, point) };
+    let incident = incident_light(&lights[params.light as usize], point);
+    // Intensity times solid angle, or a sun's irradiance times area.
+    let squared =
+        if params.projection == PROJECT_PARALLEL { 1.0 } else { incident.distance * incident.distance };
+    let power = incident.irradiance * (squared * texel_measure(params, index));
+    let flat = geometric_normal(t);
+    Photon {
+        place: if leaf == NO_VOXEL { 0 } else { places[leaf as usize] },
+        power: power * params.scale,
+        reflectance: reflectance(
+            &materials[t.material as usize],
+            texels,
+            texture_coordinates(t, hit.u, hit.v),
+        ),
+        normal: if dot(flat, incident.direction) < 0.0 { -flat } else { flat },
+        to_light: incident.direction,
+        dither: unit_float(combine(params.light, index)),
+    }
+}
+
 /// Adds the power that photon `index` leaves with its leaf to that lit leaf's [`POWER_WORDS`]; `places` are the lit
 /// leaves' numbers, plus one.
 #[inline]
@@ -118,43 +172,29 @@ pub fn inject_photons(
     places: &[u32],
     output: &mut impl Accumulate,
 ) {
-    let hit = hits[index as usize];
-    if hit.triangle == NO_TRIANGLE {
-        return;
+    let p = photon_at(index, params, hits, triangles, materials, texels, lights, blocks, places);
+    if p.place > 0 {
+        add_power(POWER_WORDS * (p.place - 1), p.reflectance.diffuse * p.power, p.normal, p.dither, output);
     }
-    let t = &triangles[hit.triangle as usize];
-    let point = hit_point(&hit, t);
-    let leaf = leaf_at(params, blocks, point);
-    if leaf == NO_VOXEL {
-        return;
-    }
-    let incident = incident_light(&lights[params.light as usize], point);
-    // Intensity times solid angle, or a sun's irradiance times area.
-    let squared =
-        if params.projection == PROJECT_PARALLEL { 1.0 } else { incident.distance * incident.distance };
-    let power = incident.irradiance * (squared * texel_measure(params, index));
-    let r = reflectance(&materials[t.material as usize], texels, texture_coordinates(t, hit.u, hit.v));
-    let flat = geometric_normal(t);
-    let normal = if dot(flat, incident.direction) < 0.0 { -flat } else { flat };
-    add_power(POWER_WORDS * (places[leaf as usize] - 1), r.diffuse * power * params.scale, normal, output);
 }
 
 /// Divides power among the directions that a surface faces.
 #[inline]
-fn add_power(at: u32, power: Vec3, normal: Vec3, output: &mut impl Accumulate) {
+fn add_power(at: u32, power: Vec3, normal: Vec3, dither: f32, output: &mut impl Accumulate) {
     for k in 0..6 {
         let facing = if k & 1 == 0 { component(normal, k / 2) } else { -component(normal, k / 2) };
         if facing > 0.0 {
-            output.add(at + 3 * k, whole(power.x * facing));
-            output.add(at + 3 * k + 1, whole(power.y * facing));
-            output.add(at + 3 * k + 2, whole(power.z * facing));
+            output.add(at + 3 * k, whole(power.x * facing, dither));
+            output.add(at + 3 * k + 1, whole(power.y * facing, dither));
+            output.add(at + 3 * k + 2, whole(power.z * facing, dither));
         }
     }
 }
 
+/// A power in whole units, at most 2·10⁹.
 #[inline]
-fn whole(value: f32) -> u32 {
-    to_u32(floor(min(max(value, 0.0), 2.0e9) + 0.5))
+pub(super) fn whole(value: f32, dither: f32) -> u32 {
+    to_u32(floor(min(max(value, 0.0), 2.0e9) + dither))
 }
 
 /// Sets the flag of the leaf of pair `index` where its triangle emits.
@@ -193,10 +233,11 @@ pub fn inject_emission(
     let part = covered(index, params, pairs, blocks, triangles, materials, texels);
     let t = &triangles[pairs[(2 * index + 1) as usize] as usize];
     let e = emitted_radiance(&materials[t.material as usize], texels, texture_coordinates(t, part.u, part.v));
-    if part.area > 0.0 && max(max(e.x, e.y), e.z) > 0.0 {
+    let place = if part.area > 0.0 { places[part.leaf as usize] } else { 0 };
+    if place > 0 && max(max(e.x, e.y), e.z) > 0.0 {
         let face = params.lower.w * params.lower.w;
         let power = e * (PI * part.area * face * params.power_scale);
-        add_power(POWER_WORDS * (places[part.leaf as usize] - 1), power, part.normal, output);
+        add_power(POWER_WORDS * (place - 1), power, part.normal, 0.5, output);
     }
 }
 
@@ -214,6 +255,8 @@ pub fn lit_radiance(index: u32, params: &PyramidParams, lit: &[u32], sums: &[u32
     let place = index / RADIANCE_WORDS;
     let k = index - RADIANCE_WORDS * place;
     let areas = leaf_areas(sums, lit[place as usize]);
+    // Not more than a face is seen, and lit, of sheets behind each other.
+    let areas = Vec3::new(min(areas.x, 1.0), min(areas.y, 1.0), min(areas.z, 1.0));
     let (mut sum, mut area) = (power_toward(power, place, k), component(areas, k / 2));
     if params.flags & ISOTROPIC != 0 {
         sum = Vec3::ZERO;
@@ -223,8 +266,7 @@ pub fn lit_radiance(index: u32, params: &PyramidParams, lit: &[u32], sums: &[u32
         area = (areas.x + areas.y) + areas.z;
     }
     let face = params.lower.w * params.lower.w;
-    // Not more than a face is seen, and lit, of sheets behind each other. 2⁻¹⁶: less area than can be told from rounding
-    // radiates as if it had that much.
-    let watts = max(min(area, 1.0), 1.525_878_9e-5) * face * params.power_scale;
+    // 2⁻¹⁶: less area than can be told from rounding radiates as if it had that much.
+    let watts = max(area, 1.525_878_9e-5) * face * params.power_scale;
     pack_radiance(sum * (FRAC_1_PI * recip(watts) * params.radiance_scale))
 }

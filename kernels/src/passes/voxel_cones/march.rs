@@ -1,6 +1,7 @@
 //! What does a cone meet on its way through the pyramid? VCT §5.
 
 use super::inject::RADIANCE_WORDS;
+use super::lobes::{LOBE_WORDS, cone_variance, mirrored};
 use super::storage::{ratio, unpack_depths, unpack_radiance};
 use super::trace::ConeParams;
 use crate::cone::{diameter, distance_falloff, mip_level, step_count_bound};
@@ -38,9 +39,39 @@ pub struct Met {
 }
 
 /// Optical depth and radiance times depth per edge, at a point and along a direction.
-struct Sample {
-    density: f32,
-    emitted: Vec3,
+pub(super) struct Sample {
+    pub(super) density: f32,
+    pub(super) emitted: Vec3,
+}
+
+/// What a voxel sends against `direction`, for each of its edges; `cone` is the [variance](cone_variance) of who looks.
+#[inline]
+pub(super) fn sent_toward(
+    voxel: u32,
+    direction: Vec3,
+    lobes: u32,
+    cone: f32,
+    depths: &[u32],
+    places: &[u32],
+    radiance: &[u32],
+) -> Sample {
+    let w = direction;
+    let depth = unpack_depths(depths[voxel as usize]) * Vec3::new(abs(w.x), abs(w.y), abs(w.z));
+    let density = (depth.x + depth.y) + depth.z;
+    let mut emitted = Vec3::ZERO;
+    let place = places[voxel as usize];
+    if place > 0 {
+        let at = RADIANCE_WORDS * (place - 1);
+        // A ray along +x sees what faces −x.
+        let x = unpack_radiance(radiance[(at + if w.x > 0.0 { 1 } else { 0 }) as usize]);
+        let y = unpack_radiance(radiance[(at + if w.y > 0.0 { 3 } else { 2 }) as usize]);
+        let z = unpack_radiance(radiance[(at + if w.z > 0.0 { 5 } else { 4 }) as usize]);
+        emitted = (x * depth.x + y * depth.y) + z * depth.z;
+        if lobes > 0 {
+            emitted += mirrored(radiance, lobes + LOBE_WORDS * (place - 1), w, cone) * density;
+        }
+    }
+    Sample { density, emitted }
 }
 
 /// Interpolates one level between its eight voxels around a point.
@@ -50,6 +81,7 @@ fn sample_level(
     ray: &Ray,
     level: u32,
     position: Vec3,
+    cone: f32,
     blocks: &[u32],
     depths: &[u32],
     places: &[u32],
@@ -59,8 +91,7 @@ fn sample_level(
     let p = position * div(1.0, edge);
     let base = Vec3::new(floor(p.x), floor(p.y), floor(p.z));
     let f = p - base;
-    let (w, n) = (ray.direction, ray.normal);
-    let facing = Vec3::new(abs(w.x), abs(w.y), abs(w.z));
+    let n = ray.normal;
     // Half of what a voxel spans along the normal, in its edges.
     let half = 0.5 * ((abs(n.x) + abs(n.y)) + abs(n.z));
     let mut sum = Sample { density: 0.0, emitted: Vec3::ZERO };
@@ -86,17 +117,9 @@ fn sample_level(
             if within && weight > 0.0 { voxel_at(blocks, params.depth, level, point) } else { NO_VOXEL };
         whole += weight;
         if voxel != NO_VOXEL {
-            let depth = unpack_depths(depths[voxel as usize]) * facing * weight;
-            sum.density += (depth.x + depth.y) + depth.z;
-            let place = places[voxel as usize];
-            if place > 0 {
-                let at = RADIANCE_WORDS * (place - 1);
-                // A ray along +x sees what faces −x.
-                let x = unpack_radiance(radiance[(at + if w.x > 0.0 { 1 } else { 0 }) as usize]);
-                let y = unpack_radiance(radiance[(at + if w.y > 0.0 { 3 } else { 2 }) as usize]);
-                let z = unpack_radiance(radiance[(at + if w.z > 0.0 { 5 } else { 4 }) as usize]);
-                sum.emitted += (x * depth.x + y * depth.y) + z * depth.z;
-            }
+            let sent = sent_toward(voxel, ray.direction, params.lobes, cone, depths, places, radiance);
+            sum.density += sent.density * weight;
+            sum.emitted += sent.emitted * weight;
         }
     }
     // Voxels that do not count are as if unknown: the others stand for them.
@@ -135,6 +158,7 @@ pub fn march(
     let end = min(exit + max(diameter(exit, ray.tangent) * params.width, 1.0), ray.reach);
     let bound = step_count_bound(end, 1.0, params.step);
     let mut met = Met { light: Vec3::ZERO, through: 1.0, occluded: 0.0 };
+    let cone = cone_variance(ray.tangent);
     let mut t = params.start;
     let mut steps = 0;
     while t < end && met.through > params.cutoff && steps < bound {
@@ -146,9 +170,9 @@ pub fn march(
         let lower = floor(level);
         let fraction = level - lower;
         let low = to_u32(lower);
-        let mut s = sample_level(params, ray, low, position, blocks, depths, places, radiance);
+        let mut s = sample_level(params, ray, low, position, cone, blocks, depths, places, radiance);
         if fraction > 0.0 && low < params.depth {
-            let coarse = sample_level(params, ray, low + 1, position, blocks, depths, places, radiance);
+            let coarse = sample_level(params, ray, low + 1, position, cone, blocks, depths, places, radiance);
             s.density += (coarse.density - s.density) * fraction;
             s.emitted += (coarse.emitted - s.emitted) * fraction;
         }

@@ -42,7 +42,7 @@ pub fn pack_radiance(radiance: Vec3) -> u32 {
     let g = clamp(radiance.y, 0.0, MAX_RADIANCE);
     let b = clamp(radiance.z, 0.0, MAX_RADIANCE);
     let largest = max(max(r, g), b);
-    // 2⁻¹⁶ · 2⁻⁹: nothing is left below half of it.
+    // The smallest step is 2⁻²⁴: nothing is left below half of it.
     if !(largest > 1.0e-9) {
         return 0;
     }

@@ -7,12 +7,17 @@ use super::storage::{pack_radiance, unpack_radiance};
 use crate::cone::ConeSum;
 use crate::geometry::bvh::NO_TRIANGLE;
 use crate::geometry::lattice::unpack_point;
-use crate::math::{div, dot, max, min, normalize_or, sqrt};
+use crate::math::{PI, clamp, div, dot, floor, log2, max, min, normalize_or, sqrt, to_u32};
 use crate::passes::gather::{GatherParams, environment_radiance};
 use crate::passes::material::mirror_direction;
 use crate::passes::surface::Surface;
 use crate::sampling::hemisphere::{cone, to_world};
 use glam::{UVec4, Vec3, Vec4};
+
+/// [`ConeParams::flags`]: the environment lights what cones miss.
+pub const CONES_SEE_ENVIRONMENT: u32 = 1;
+/// [`ConeParams::flags`]: one radiance for all directions.
+pub const CONES_ISOTROPIC: u32 = 2;
 
 /// The tangent of the widest cone, 85°.
 const WIDEST: f32 = 11.43;
@@ -26,7 +31,7 @@ gpu_struct! {
         pub eye: Vec4,
         /// Radiance of the environment where it has no map; w is 0.
         pub environment: Vec4,
-        /// Words before the environment map in the texels, its width, its height (0 without a map), unused.
+        /// Where the environment map is, as in [`GatherParams`].
         pub map: UVec4,
         /// 1/(voxel edge of level 0), 1/m.
         pub inverse_edge: f32,
@@ -52,14 +57,14 @@ gpu_struct! {
         pub reach: f32,
         /// W/(m² sr) per unit of stored radiance.
         pub radiance_unit: f32,
-        /// 1 if the environment lights what cones miss.
-        pub lit_by_environment: u32,
+        /// [`CONES_SEE_ENVIRONMENT`], [`CONES_ISOTROPIC`].
+        pub flags: u32,
         /// Number of the first leaf.
         pub first: u32,
         /// Units of stored radiance per W/(m² sr).
         pub radiance_scale: f32,
-        /// Padding.
-        pub pad: u32,
+        /// Words before the lobes in the radiance; 0 where there are none.
+        pub lobes: u32,
     }
 }
 
@@ -105,12 +110,34 @@ pub fn cone_openness(
     sum.mean(Vec4::ONE).x
 }
 
-/// What the environment sends through a cone that nothing stops.
+/// What the environment sends through a cone that nothing stops: from the copies of its map whose texels are as wide.
 #[inline]
-fn environment(params: &ConeParams, texels: &[u32], direction: Vec3) -> Vec3 {
+fn environment(params: &ConeParams, texels: &[u32], direction: Vec3, tangent: f32) -> Vec3 {
+    let map = params.map;
+    // Rows that the cone spans; 1.1 rad is where the tangent begins to say much more than the angle.
+    let rows = div(2.0 * min(tangent, 1.1), PI) * (map.z as f32);
+    let level = clamp(log2(max(rows, 1.0)), 0.0, map.w as f32);
+    let lower = floor(level);
+    let fine = environment_copy(params, texels, direction, to_u32(lower));
+    if lower >= level {
+        return fine;
+    }
+    let coarse = environment_copy(params, texels, direction, to_u32(lower) + 1);
+    fine + (coarse - fine) * (level - lower)
+}
+
+/// What copy `number` of the environment's map has along a direction.
+#[inline]
+fn environment_copy(params: &ConeParams, texels: &[u32], direction: Vec3, number: u32) -> Vec3 {
+    let mut map = params.map;
+    for _ in 0..number {
+        map.x += 3 * map.y * map.z;
+        map.y = if map.y > 1 { map.y / 2 } else { 1 };
+        map.z = if map.z > 1 { map.z / 2 } else { map.z };
+    }
     let of = GatherParams {
         environment: params.environment,
-        map: params.map,
+        map,
         rays: 1,
         seed: 0,
         flags: 0,
@@ -183,8 +210,8 @@ pub fn cone_specular(
     let ray = Ray { origin, direction, normal, tangent, reach: params.reach };
     let met = march(params, &ray, blocks, depths, places, radiance);
     let mut light = met.light * params.radiance_unit;
-    if params.lit_by_environment != 0 {
-        light += environment(params, texels, direction) * met.through;
+    if params.flags & CONES_SEE_ENVIRONMENT != 0 {
+        light += environment(params, texels, direction, tangent) * met.through;
     }
     // (n + 2)/(n + 1): the lobe's whole with the cosine of a light near its middle.
     let whole = div(own.w + 2.0, own.w + 1.0) * max(dot(direction, normal), 0.0);
@@ -225,15 +252,17 @@ pub fn bounce_radiance(
         let (ray, weight) = hemisphere_cone(params, origin, normal, number);
         let met = march(params, &ray, blocks, depths, places, radiance);
         let mut light = met.light;
-        if params.lit_by_environment != 0 {
-            light += environment(params, texels, ray.direction) * (met.through * params.radiance_scale);
+        if params.flags & CONES_SEE_ENVIRONMENT != 0 {
+            light += environment(params, texels, ray.direction, ray.tangent)
+                * (met.through * params.radiance_scale);
         }
         sum = sum.with(light.extend(met.through), weight);
     }
     pack_radiance(leaf_albedo(sums, leaf) * sum.mean(Vec4::ZERO).truncate())
 }
 
-/// Returns word `index` of the leaves' radiance: what lit ones send of direct light plus a bounce.
+/// Returns word `index` of the leaves' radiance: what lit ones send of direct light plus a bounce; without directions the
+/// bounce's mean over the sides that send any.
 #[inline]
 pub fn add_bounce(index: u32, params: &ConeParams, places: &[u32], radiance: &[u32], bounced: &[u32]) -> u32 {
     let leaf = index / RADIANCE_WORDS;
@@ -244,5 +273,16 @@ pub fn add_bounce(index: u32, params: &ConeParams, places: &[u32], radiance: &[u
     } else {
         Vec3::ZERO
     };
-    pack_radiance(own + unpack_radiance(bounced[index as usize]))
+    let mut more = unpack_radiance(bounced[index as usize]);
+    if params.flags & CONES_ISOTROPIC != 0 {
+        let mut sides = 0.0;
+        more = Vec3::ZERO;
+        for side in 0..RADIANCE_WORDS {
+            let word = bounced[(RADIANCE_WORDS * leaf + side) as usize];
+            sides += if word > 0 { 1.0 } else { 0.0 };
+            more += unpack_radiance(word);
+        }
+        more = more * div(1.0, max(sides, 1.0));
+    }
+    pack_radiance(own + more)
 }

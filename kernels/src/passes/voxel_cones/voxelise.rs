@@ -23,8 +23,8 @@ gpu_struct! {
         pub thin: u32,
         /// Depth of the pyramid.
         pub depth: u32,
-        /// Padding.
-        pub pad: u32,
+        /// The first triangle of [`root_pairs`].
+        pub first: u32,
     }
 
     /// Parameters of the passes that move words.
@@ -40,11 +40,10 @@ gpu_struct! {
     }
 }
 
-/// Returns word `index` of the first pairs: all triangles in the cell that is the whole.
+/// Returns word `index` of the first pairs: triangles from `params.first` on, in the cell that is the whole.
 #[inline]
 pub fn root_pairs(index: u32, params: &VoxeliseParams) -> u32 {
-    let _ = params;
-    if index & 1 == 1 { index / 2 } else { 0 }
+    if index & 1 == 1 { params.first + index / 2 } else { 0 }
 }
 
 /// The triangle in units of the cells tested.
