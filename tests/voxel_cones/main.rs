@@ -3,7 +3,10 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod invariance;
 mod light;
+mod lobes;
+mod moving;
 mod pictures;
 mod structure;
 

@@ -198,6 +198,48 @@ fn a_wall_has_the_same_depth_wherever_and_however_it_is_crossed() {
     }
 }
 
+/// What a level's voxels take of light from afar along x, were none behind another: Σ depth × face, m².
+fn taken(b: &Built, level: u32) -> f64 {
+    let (params, count) = b.pyramid.level(level);
+    let face = (f64::from(params.lower.w) * f64::from(1u32 << level)).powi(2);
+    let own = params.first as usize..(params.first + count) as usize;
+    b.depths[own].iter().map(|&w| f64::from(unpack_depths(w).x) * face).sum()
+}
+
+#[test]
+fn nothing_is_lost_from_level_to_level() {
+    // A mist of small triangles, so thin that opacities add up as depths do.
+    let mut mist = scene();
+    for i in 0..600u32 {
+        let c = |k: u32| 2.0 * unit_float(hash(11 * i + k)) - 1.0;
+        let p = v(c(0), c(1), c(2));
+        let e = 0.01;
+        quad(&mut mist, [p, p + v(0.0, e, 0.0), p + v(0.0, e, e), p + v(0.0, 0.0, e)], grey(0.5));
+    }
+    let area = 600.0 * 1e-4 * 6.0;
+    for resolution in [8, 16] {
+        let b = Built::new(&mist, &at(resolution));
+        for level in 0..3 {
+            let got = taken(&b, level) / area;
+            println!("mist at {resolution}³, level {level}: {got:.4}");
+            assert!((got - 1.0).abs() < 0.03, "{got} of the mist's depth at level {level}");
+        }
+    }
+    // A wall across x: depths add up along x, whichever way its layer falls.
+    let b = Built::new(&wall(0.0), &at(64));
+    let whole = taken(&b, 0);
+    // Along its border columns are covered in part: what is averaged there are opacities.
+    for level in 1..3 {
+        let got = taken(&b, level) / whole;
+        println!("wall, level {level}: {got:.4}");
+        assert!((got - 1.0).abs() < 0.1, "{got} of the wall's depth at level {level}");
+    }
+    // Negative control: a filter that loses one voxel in sixteen is noticed.
+    let mut lossy = Built::new(&mist, &at(16));
+    lossy.depths.iter_mut().step_by(16).for_each(|d| *d = 0);
+    assert!((taken(&lossy, 1) / area - 1.0).abs() > 0.03);
+}
+
 #[test]
 fn interpolated_opacities_would_leak() {
     // The same wall, one voxel thick, if opacities were interpolated: what two samples a voxel apart let through.

@@ -44,6 +44,46 @@ pub(super) struct Sample {
     pub(super) emitted: Vec3,
 }
 
+/// The six sides of a voxel as a ray meets them.
+///
+/// What a pair of sides have in common is sent whichever way the ray goes. What one has over the other belongs to a surface that
+/// faces its way: along all axes together such surfaces are seen from the front or from behind. Were each axis to
+/// decide alone, a slanted wall would show its dark back beside its front, up to half of it.
+struct Sides {
+    both: Vec3,
+    all: Vec3,
+    net: Vec3,
+}
+
+impl Sides {
+    /// Adds the sides that face up and down an axis; `along` is the optical depth along it, with the sign of the ray.
+    #[inline]
+    fn add(&mut self, up: u32, down: u32, along: f32) {
+        if (up | down) != 0 {
+            let (up, down) = (unpack_radiance(up), unpack_radiance(down));
+            let weight = abs(along);
+            let common = Vec3::new(min(up.x, down.x), min(up.y, down.y), min(up.z, down.z));
+            let one = (down - up) * along;
+            self.both += common * weight;
+            self.all += ((up + down) - common * 2.0) * weight;
+            // A ray along +x sees what faces −x.
+            self.net += one;
+        }
+    }
+
+    /// Radiance times depth: sides as a whole are seen from the front where `net` is above 0.
+    #[inline]
+    fn sum(&self) -> Vec3 {
+        let seen = |all: f32, net: f32| clamp(0.5 * all + 2.0 * net, 0.0, all);
+        self.both
+            + Vec3::new(
+                seen(self.all.x, self.net.x),
+                seen(self.all.y, self.net.y),
+                seen(self.all.z, self.net.z),
+            )
+    }
+}
+
 /// What a voxel sends against `direction`, for each of its edges; `cone` is the [variance](cone_variance) of who looks.
 #[inline]
 pub(super) fn sent_toward(
@@ -55,20 +95,20 @@ pub(super) fn sent_toward(
     places: &[u32],
     radiance: &[u32],
 ) -> Sample {
-    let w = direction;
-    let depth = unpack_depths(depths[voxel as usize]) * Vec3::new(abs(w.x), abs(w.y), abs(w.z));
-    let density = (depth.x + depth.y) + depth.z;
+    let depth = unpack_depths(depths[voxel as usize]);
+    let along = depth * direction;
+    let density = (abs(along.x) + abs(along.y)) + abs(along.z);
     let mut emitted = Vec3::ZERO;
     let place = places[voxel as usize];
     if place > 0 {
         let at = RADIANCE_WORDS * (place - 1);
-        // A ray along +x sees what faces −x.
-        let x = unpack_radiance(radiance[(at + if w.x > 0.0 { 1 } else { 0 }) as usize]);
-        let y = unpack_radiance(radiance[(at + if w.y > 0.0 { 3 } else { 2 }) as usize]);
-        let z = unpack_radiance(radiance[(at + if w.z > 0.0 { 5 } else { 4 }) as usize]);
-        emitted = (x * depth.x + y * depth.y) + z * depth.z;
+        let mut sides = Sides { both: Vec3::ZERO, all: Vec3::ZERO, net: Vec3::ZERO };
+        sides.add(radiance[at as usize], radiance[(at + 1) as usize], along.x);
+        sides.add(radiance[(at + 2) as usize], radiance[(at + 3) as usize], along.y);
+        sides.add(radiance[(at + 4) as usize], radiance[(at + 5) as usize], along.z);
+        emitted = sides.sum();
         if lobes > 0 {
-            emitted += mirrored(radiance, lobes + LOBE_WORDS * (place - 1), w, cone) * density;
+            emitted += mirrored(radiance, lobes + LOBE_WORDS * (place - 1), direction, cone) * density;
         }
     }
     Sample { density, emitted }
