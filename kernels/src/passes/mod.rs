@@ -9,6 +9,18 @@
 //! All of them stand in one list, [`for_each_pass!`](crate::for_each_pass). Work items never ask a slice for its
 //! length: counts come in the parameters, because an empty buffer cannot be bound on a GPU.
 
+/// Does the same for one or two items from the first on, in their order: rounds of loops are limited on some devices.
+macro_rules! for_two {
+    ($first:expr, $end:expr, |$at:ident| $body:block) => {
+        let $at = $first;
+        $body
+        if $first + 1 < $end {
+            let $at = $first + 1;
+            $body
+        }
+    };
+}
+
 mod accumulate;
 pub mod combine;
 pub mod elementary;

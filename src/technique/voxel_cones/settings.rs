@@ -1,7 +1,9 @@
 //! Which knobs does voxel cone tracing have, and what do they do to error and cost?
 
 use crate::error::SettingsError;
+use twinlight_kernels::cone::{diameter, mip_level};
 use twinlight_kernels::geometry::lattice::MAX_DEPTH;
+use twinlight_kernels::sampling::hemisphere::cone;
 
 /// How a triangle counts in the voxels that it meets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,6 +77,11 @@ impl Default for VoxelCones {
     }
 }
 
+/// Some devices end all loops of a work item after 65 535 rounds, and say nothing.
+const MAX_ROUNDS: u32 = 65_000;
+/// The tangent of the half angle of the narrowest specular lobe's cone.
+const NARROWEST_LOBE: f32 = 0.0625;
+
 /// The largest number of pixels at which light is gathered.
 pub const MAX_PIXELS: u64 = 1 << 20;
 
@@ -122,6 +129,28 @@ impl VoxelCones {
         self.resolution.ilog2()
     }
 
+    /// Rounds of loops that a pixel or a leaf takes for its cones, at most: nine for each step.
+    fn rounds(&self) -> u32 {
+        let own = |cones: u32| self.half_angle.map_or(cone(cones, 0, 0.0).tangent, |d| d.to_radians().tan());
+        let specular = self.specular_half_angle.map_or(NARROWEST_LOBE, |d| d.to_radians().tan());
+        let of = |cones: u32, tangent: f32| cones.saturating_mul(9 * self.steps(tangent) + 2);
+        of(self.cones, own(self.cones))
+            .max(of(self.bounce_cones, own(self.bounce_cones)))
+            .max(of(1, specular))
+    }
+
+    /// Steps of the longest cone through the scene.
+    fn steps(&self, tangent: f32) -> u32 {
+        let end = 1.74 * self.resolution as f32 * (1.0 + 2.0 * tangent * self.width) + 1.0;
+        let (mut t, mut steps) = (self.start, 0);
+        while t < end && steps < MAX_ROUNDS {
+            let level = mip_level(diameter(t, tangent) * self.width, self.depth() as f32);
+            t += level.exp2() * self.step;
+            steps += 1;
+        }
+        steps
+    }
+
     /// Refuses what cannot be done for a picture of this size.
     ///
     /// # Errors
@@ -155,6 +184,13 @@ impl VoxelCones {
                 return refuse(knob, format!("{value} is not from {low} to {high}"));
             }
         }
+        let rounds = self.rounds();
+        if rounds > MAX_ROUNDS {
+            let reason = format!(
+                "cones take {rounds} rounds of loops a pixel, over {MAX_ROUNDS}; longer steps, or fewer or wider cones"
+            );
+            return refuse("step", reason);
+        }
         let (w, h) = self.illumination_size(width, height);
         let pixels = u64::from(w) * u64::from(h);
         if pixels == 0 || pixels > MAX_PIXELS {
@@ -178,7 +214,9 @@ mod tests {
         }
         assert!(VoxelCones::preset("paper-teapot").is_none());
         type Spoil = fn(&mut VoxelCones);
-        let spoilt: [(&str, Spoil); 10] = [
+        let spoilt: [(&str, Spoil); 12] = [
+            ("step", |s| (s.cones, s.step) = (64, 0.125)),
+            ("step", |s| (s.half_angle, s.step) = (Some(0.5), 0.015_625)),
             ("resolution", |s| s.resolution = 100),
             ("resolution", |s| s.resolution = 1024),
             ("resolution", |s| s.resolution = 0),

@@ -7,7 +7,7 @@ use super::list::ListHeader;
 use super::march::is_glossy;
 use super::merged_lists::{DONE, Lists, cells, weights};
 use super::proxy::Proxy;
-use super::seen::{for_two, see_proxy, see_voxel};
+use super::seen::{see_proxy, see_voxel};
 use crate::gaussian::{one_minus_cosine, specular_falloff};
 use crate::geometry::bvh::NO_TRIANGLE;
 use crate::math::{MIN_POSITIVE, PI, acos, div, dot, log2, max, min, normalize_or, pow_fast, rsqrt};

@@ -13,7 +13,7 @@ use super::grid::Voxel;
 use super::list::ListHeader;
 use super::merged_lists::{DONE, Lists, Member, cells, weights};
 use super::proxy::Proxy;
-use super::seen::{counts_singly, for_two, see_proxy, see_voxel};
+use super::seen::{counts_singly, see_proxy, see_voxel};
 use crate::geometry::bvh::NO_TRIANGLE;
 use crate::math::{MIN_POSITIVE, div, dot, exp_minus_one, max};
 use crate::passes::surface::Surface;

@@ -5,7 +5,6 @@
 //! in the lobe's middle. The paper's proxies are diffuse only; without these a metal block throws no bright patch.
 
 use super::grid::GridParams;
-use super::seen::for_two;
 use crate::geometry::bvh::NO_TRIANGLE;
 use crate::math::{FRAC_1_PI, div, dot, max, min, pow_fast};
 use crate::passes::light::incident_light;

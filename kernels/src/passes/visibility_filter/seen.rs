@@ -23,19 +23,6 @@ fn solid_share(params: &GatherVoxelsParams, squared: f32, area: f32) -> f32 {
     if squared > area * 8.673_617e-19 && whole > MIN_POSITIVE { div(area, whole) } else { 0.0 }
 }
 
-/// Does the same for one or two items from the first on, in their order.
-macro_rules! for_two {
-    ($first:expr, $end:expr, |$at:ident| $body:block) => {
-        let $at = $first;
-        $body
-        if $first + 1 < $end {
-            let $at = $first + 1;
-            $body
-        }
-    };
-}
-pub(super) use for_two;
-
 /// A small emitter as seen from a point.
 pub(super) struct Seen {
     /// Unit direction toward it.

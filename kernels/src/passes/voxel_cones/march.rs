@@ -138,29 +138,32 @@ fn sample_level(
     let mut whole = 0.0;
     // Beyond −1 a coordinate would count as −1.
     let within = base.x >= -1.0 && base.y >= -1.0 && base.z >= -1.0;
-    for corner in 0..8 {
-        let (x, y, z) = (corner & 1, (corner >> 1) & 1, corner >> 2);
-        let offset = Vec3::new(x as f32, y as f32, z as f32);
-        let mut weight = (if x == 1 { f.x } else { 1.0 - f.x })
-            * (if y == 1 { f.y } else { 1.0 - f.y })
-            * (if z == 1 { f.z } else { 1.0 - f.z });
-        if half > 0.0 {
-            let height = div(dot((base + offset) * edge - ray.origin, n), edge);
-            weight *= saturate(2.0 * (height - params.clearance * half));
-        }
-        let point = UVec3::new(
-            to_u32(base.x + 1.0).wrapping_add(x).wrapping_sub(1),
-            to_u32(base.y + 1.0).wrapping_add(y).wrapping_sub(1),
-            to_u32(base.z + 1.0).wrapping_add(z).wrapping_sub(1),
-        );
-        let voxel =
-            if within && weight > 0.0 { voxel_at(blocks, params.depth, level, point) } else { NO_VOXEL };
-        whole += weight;
-        if voxel != NO_VOXEL {
-            let sent = sent_toward(voxel, ray.direction, params.lobes, cone, depths, places, radiance);
-            sum.density += sent.density * weight;
-            sum.emitted += sent.emitted * weight;
-        }
+    // Two corners a round: rounds of loops are limited on some devices.
+    for edge_along_x in 0..4 {
+        let (y, z) = (edge_along_x & 1, edge_along_x >> 1);
+        for_two!(0, 2, |x| {
+            let offset = Vec3::new(x as f32, y as f32, z as f32);
+            let mut weight = (if x == 1 { f.x } else { 1.0 - f.x })
+                * (if y == 1 { f.y } else { 1.0 - f.y })
+                * (if z == 1 { f.z } else { 1.0 - f.z });
+            if half > 0.0 {
+                let height = div(dot((base + offset) * edge - ray.origin, n), edge);
+                weight *= saturate(2.0 * (height - params.clearance * half));
+            }
+            let point = UVec3::new(
+                to_u32(base.x + 1.0).wrapping_add(x).wrapping_sub(1),
+                to_u32(base.y + 1.0).wrapping_add(y).wrapping_sub(1),
+                to_u32(base.z + 1.0).wrapping_add(z).wrapping_sub(1),
+            );
+            let voxel =
+                if within && weight > 0.0 { voxel_at(blocks, params.depth, level, point) } else { NO_VOXEL };
+            whole += weight;
+            if voxel != NO_VOXEL {
+                let sent = sent_toward(voxel, ray.direction, params.lobes, cone, depths, places, radiance);
+                sum.density += sent.density * weight;
+                sum.emitted += sent.emitted * weight;
+            }
+        });
     }
     // Voxels that do not count are as if unknown: the others stand for them.
     let scale = if whole > LEAST_WEIGHT { div(1.0, whole * edge) } else { 0.0 };
