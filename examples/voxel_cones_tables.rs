@@ -8,11 +8,11 @@
 #[path = "common/tables.rs"]
 mod tables;
 
-use tables::{Result, SIDE, Subject, error, reference, subjects};
+use tables::{COARSE, Result, SIDE, Subject, error, reference, subjects};
 use twinlight::backend::Cpu;
-use twinlight::scene::bvh::Bvh;
+use twinlight::scene::{Scene, bvh::Bvh};
 use twinlight::technique::voxel_cones::{self, VoxelCones, Voxelisation};
-use twinlight::technique::{Job, LightPart, View, World};
+use twinlight::technique::{Job, LightPart, View, World, ambient_occlusion};
 
 /// What a line of the table changes.
 type Change = (&'static str, fn(&mut VoxelCones));
@@ -60,6 +60,32 @@ fn main() -> Result<()> {
                 counts.bytes as f64 / 1_048_576.0
             );
         }
+        occlusion(&mut cpu, &world, &view, &scene)?;
+    }
+    Ok(())
+}
+
+/// Openness by cones against that by rays; λ lets it fall to a half over a tenth of the scene.
+fn occlusion(cpu: &mut Cpu, world: &World<Cpu>, view: &View, scene: &Scene) -> Result<()> {
+    let falloff = 10.0 / scene.bounds().size().max_element();
+    let job = Job { rays: 256, falloff, ..Job::default() };
+    let right = ambient_occlusion::render(cpu, world, &view.resized(COARSE, COARSE), &job)?.picture;
+    println!("\n| occlusion, λ = {falloff:.2}/m | relative RMSE | mean ratio | ms |\n|---|---|---|---|");
+    for (what, cones, degrees, resolution) in [
+        ("16 cones", 16, None, 128),
+        ("16 cones, 256³", 16, None, 256),
+        ("3 cones of 10°", 3, Some(10.0), 128),
+        ("3 cones of 20°", 3, Some(20.0), 128),
+        ("3 cones of 30°", 3, Some(30.0), 128),
+        ("3 cones of 60°", 3, Some(60.0), 128),
+    ] {
+        let half_angle = degrees.map(|d: f32| 0.5 * d);
+        let settings = VoxelCones { cones, half_angle, resolution, occlusion: true, ..Default::default() };
+        let (rendered, _) = voxel_cones::render(cpu, world, view, &job, &settings)?;
+        let error = error(&rendered.picture, &right)?;
+        let own = rendered.timings.iter().filter(|t| t.stage == "occlusion");
+        let time: f64 = own.map(|t| t.nanoseconds * 1e-6).sum();
+        println!("| {what} | {:.1} % | {:.3} | {time:.0} |", 100.0 * error.relative_rmse, error.mean_ratio);
     }
     Ok(())
 }

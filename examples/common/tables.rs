@@ -49,6 +49,11 @@ pub fn subjects(only: Option<&str>) -> Result<Vec<Subject>> {
             camera([-11.0, 1.7, -0.5], [8.0, 4.5, 0.0], 60.0),
             light::parse_sun("0.25,-1,0.15:12,11,9.5")?,
         ),
+        (
+            "sibenik.glb",
+            camera([-14.0, 4.0, 0.0], [10.0, 7.0, 0.0], 65.0),
+            light::parse_point("0,8,0:120,115,100")?,
+        ),
     ];
     let folder = std::env::var_os("TWINLIGHT_SCENES").map(PathBuf::from).unwrap_or_default();
     for (name, camera, lamp) in files {

@@ -16,6 +16,7 @@ pub use settings::{MAX_PIXELS, VoxelCones, Voxelisation};
 
 use super::{Inspection, Job, LightPart, Rendered, View, World};
 use crate::backend::{Backend, BackendError};
+use crate::picture::Picture;
 
 /// Buffers that [`Job::dumps`] may name; [`VOXEL_VIEWS`] with a level too.
 pub const DUMPS: [&str; 14] = [
@@ -60,28 +61,68 @@ pub fn render<B: Backend>(
     settings: &VoxelCones,
 ) -> Result<(Rendered, Counts), BackendError> {
     settings.check(view.width, view.height)?;
+    if !settings.occlusion && job.light == LightPart::Direct {
+        let mut seen = Inspection::new(job, view.width, view.height);
+        let picture = frame::render(backend, world, None, view, job, settings, &mut seen)?;
+        return Ok((finish(backend, seen, picture)?, Counts::default()));
+    }
+    backend.set_stage("voxelisation");
+    let pyramid = Pyramid::build(backend, world, settings)?;
+    let mut counts =
+        Counts { leaves: pyramid.params.leaves, voxels: pyramid.voxels(), lit: 0, bytes: pyramid.bytes() };
+    if settings.occlusion {
+        return Ok((render_openness(backend, world, &pyramid, view, job, settings)?, counts));
+    }
+    let lighting = Lighting::new(backend, world, &pyramid, settings)?;
+    let (lit, bytes) = lighting.size();
+    (counts.lit, counts.bytes) = (lit, counts.bytes + bytes);
+    Ok((render_lit(backend, world, &pyramid, &lighting, view, job, settings)?, counts))
+}
+
+/// Renders with voxels and light of an earlier picture: nothing is voxelised or injected.
+///
+/// # Errors
+/// Knobs out of range, and what the backend reports.
+pub fn render_lit<B: Backend>(
+    backend: &mut B,
+    world: &World<B>,
+    pyramid: &Pyramid<B>,
+    lighting: &Lighting<B>,
+    view: &View,
+    job: &Job,
+    settings: &VoxelCones,
+) -> Result<Rendered, BackendError> {
+    settings.check(view.width, view.height)?;
     let mut seen = Inspection::new(job, view.width, view.height);
-    let mut counts = Counts::default();
-    let picture = if !settings.occlusion && job.light == LightPart::Direct {
-        frame::render(backend, world, None, view, job, settings, &mut seen)?
-    } else {
-        backend.set_stage("voxelisation");
-        let pyramid = Pyramid::build(backend, world, settings)?;
-        counts.leaves = pyramid.params.leaves;
-        counts.voxels = pyramid.voxels();
-        counts.bytes = pyramid.bytes();
-        if settings.occlusion {
-            frame::render_openness(backend, world, &pyramid, view, job, settings, &mut seen)?
-        } else {
-            let lit = Lighting::new(backend, world, &pyramid, settings)?;
-            let (voxels, bytes) = lit.size();
-            counts.lit = voxels;
-            counts.bytes += bytes;
-            drawn::draw(backend, &pyramid, &lit.reflected, view, job, &mut seen)?;
-            frame::render(backend, world, Some((&pyramid, &lit)), view, job, settings, &mut seen)?
-        }
-    };
+    drawn::draw(backend, pyramid, &lighting.reflected, view, job, &mut seen)?;
+    let picture = frame::render(backend, world, Some((pyramid, lighting)), view, job, settings, &mut seen)?;
+    finish(backend, seen, picture)
+}
+
+/// Renders openness with voxels of an earlier picture.
+///
+/// # Errors
+/// Knobs out of range, and what the backend reports.
+pub fn render_openness<B: Backend>(
+    backend: &mut B,
+    world: &World<B>,
+    pyramid: &Pyramid<B>,
+    view: &View,
+    job: &Job,
+    settings: &VoxelCones,
+) -> Result<Rendered, BackendError> {
+    settings.check(view.width, view.height)?;
+    let mut seen = Inspection::new(job, view.width, view.height);
+    let picture = frame::render_openness(backend, world, pyramid, view, job, settings, &mut seen)?;
+    finish(backend, seen, picture)
+}
+
+fn finish<B: Backend>(
+    backend: &mut B,
+    seen: Inspection<'_>,
+    picture: Picture,
+) -> Result<Rendered, BackendError> {
     let timings = backend.take_timings()?;
     backend.set_stage("");
-    Ok((seen.finish(picture, timings), counts))
+    Ok(seen.finish(picture, timings))
 }
