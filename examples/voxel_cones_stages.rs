@@ -88,13 +88,16 @@ fn stages<B: Backend>(
     let lighting = Lighting::new(backend, &world, &pyramid, settings)?;
     let timings = backend.take_timings()?;
     for stage in ["injection", "filtering"] {
-        let own = timings.iter().filter(|t| t.stage == stage).map(|t| t.nanoseconds * 1e-6).sum::<f64>() + 0.0;
+        let own =
+            timings.iter().filter(|t| t.stage == stage).map(|t| t.nanoseconds * 1e-6).sum::<f64>() + 0.0;
         rows.push((stage.to_owned(), own));
     }
     let settings = VoxelCones { illumination: Some((view.width, view.height)), ..settings.clone() };
     let rendered = render_lit(backend, &world, &pyramid, &lighting, view, &Job::default(), &settings)?;
     for stage in ["injection", "direct", "diffuse", "specular"] {
-        let own = rendered.timings.iter().filter(|t| t.stage == stage).map(|t| t.nanoseconds * 1e-6).sum::<f64>() + 0.0;
+        let own =
+            rendered.timings.iter().filter(|t| t.stage == stage).map(|t| t.nanoseconds * 1e-6).sum::<f64>()
+                + 0.0;
         let what = if stage == "injection" { "injection when no light moved" } else { stage };
         rows.push((what.to_owned(), own));
     }

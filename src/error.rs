@@ -40,6 +40,12 @@ pub enum SceneError {
         /// What is wrong.
         reason: String,
     },
+    /// Spheres cannot be fitted.
+    #[error("--fit-spheres: {reason}; close the meshes, faces outward, or give --sphere")]
+    Proxies {
+        /// Why.
+        reason: String,
+    },
     /// A node, light, material or camera of a file has an impossible value.
     #[error("{what}: {reason}; correct it and export the file again")]
     Value {

@@ -1,12 +1,13 @@
 //! `twinlight compare`: do both backends agree, pass by pass?
 
 use super::options::{ArithmeticChoice, BackendOptions, SceneOptions, build_tree};
+use super::soft_gi::SoftGiOptions;
 use super::visibility_filter::VisibilityFilterOptions;
 use super::voxel_cones::VoxelConesOptions;
 use super::{Failure, print_out};
 use crate::backend::{Arithmetic, PairBackend};
 use crate::report::agreement::Agreement;
-use crate::technique::{Job, World, ambient_occlusion, direct, visibility_filter, voxel_cones};
+use crate::technique::{Job, World, ambient_occlusion, direct, soft_gi, visibility_filter, voxel_cones};
 use clap::Args;
 use serde_json::json;
 
@@ -20,6 +21,8 @@ pub(crate) struct CompareArguments {
     filter: VisibilityFilterOptions,
     #[command(flatten)]
     cones: VoxelConesOptions,
+    #[command(flatten)]
+    soft: SoftGiOptions,
     /// Rays per pixel for the sky, emissive surfaces and occlusion
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=65_536))]
     samples: u32,
@@ -34,6 +37,7 @@ pub(crate) struct CompareArguments {
 pub(crate) fn run(a: &CompareArguments) -> Result<(), Failure> {
     let settings = a.filter.settings()?;
     let cones = a.cones.settings()?;
+    let soft = a.soft.settings()?;
     let (scene, view) = a.scene.open()?;
     let cpu = a.backend.cpu()?;
     let tree = cpu.install(|| build_tree(&scene))?;
@@ -49,6 +53,8 @@ pub(crate) fn run(a: &CompareArguments) -> Result<(), Failure> {
     let with_discs = Job { dumps: vec!["proxies".into()], ..job.clone() };
     visibility_filter::render(&mut pair, &world, &view, &with_discs, &settings)?;
     voxel_cones::render(&mut pair, &world, &view, &job, &cones)?;
+    let around = soft_gi::Surroundings::new(&scene);
+    soft_gi::render(&mut pair, &world, &around, &view, &job, &soft)?;
     ambient_occlusion::render(&mut pair, &world, &view, &job)?;
     let agreements = pair.take_agreements();
     let holds = |x: &Agreement| if strict { x.is_exact() } else { x.is_tolerable() };

@@ -4,6 +4,7 @@ mod compare;
 mod devices;
 mod options;
 mod render;
+mod soft_gi;
 mod table;
 mod visibility_filter;
 mod voxel_cones;

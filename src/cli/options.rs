@@ -2,7 +2,9 @@
 
 use super::Failure;
 use crate::backend::{Arithmetic, Cpu, Gpu, GpuOptions};
-use crate::scene::light::{default_light, parse_point, parse_sky, parse_spot, parse_sun, parse_vector};
+use crate::scene::light::{
+    default_light, parse_point, parse_sky, parse_sphere, parse_spot, parse_sun, parse_vector,
+};
 use crate::scene::{Environment, Scene, bvh::Bvh};
 use crate::technique::View;
 use clap::{Args, ValueEnum};
@@ -50,6 +52,15 @@ pub(crate) struct SceneOptions {
     /// Equirectangular radiance from a file
     #[arg(long, value_name = "FILE.hdr|.exr")]
     pub environment: Option<PathBuf>,
+    /// Spherical proxy: centre, radius, and albedo if not that of the surfaces near; repeatable
+    #[arg(long, value_name = "x,y,z:RADIUS[:R,G,B]", allow_hyphen_values = true)]
+    pub sphere: Vec<String>,
+    /// Fit this many spherical proxies to the closed meshes
+    #[arg(long, value_name = "N")]
+    pub fit_spheres: Option<u32>,
+    /// Ignore the spherical proxies of the scene
+    #[arg(long)]
+    pub no_scene_spheres: bool,
     /// Ignore the lights and the surroundings of the scene
     #[arg(long)]
     pub no_scene_lights: bool,
@@ -124,6 +135,7 @@ impl SceneOptions {
         if let Some(albedo) = self.albedo {
             override_albedo(&mut scene, albedo)?;
         }
+        self.add_proxies(&mut scene)?;
         let census = scene.census();
         let lit = census.has_environment || (self.emissive && census.has_emission);
         if scene.lights.is_empty() && !lit && !self.no_scene_lights {
@@ -132,6 +144,25 @@ impl SceneOptions {
         }
         let view = self.view(&scene)?;
         Ok((scene, view))
+    }
+
+    fn add_proxies(&self, scene: &mut Scene) -> Result<(), Failure> {
+        if self.no_scene_spheres {
+            scene.proxies.clear();
+        }
+        for text in &self.sphere {
+            let (centre, radius, albedo) = parse_sphere(text)?;
+            scene.add_proxy(centre, radius, albedo);
+        }
+        if let Some(count) = self.fit_spheres {
+            let fit = scene.fit_proxies(count)?;
+            scene.warnings.push(format!(
+                "{} spheres fitted: they and the meshes differ by {:.1} % of the meshes' volume",
+                fit.spheres,
+                100.0 * fit.error
+            ));
+        }
+        Ok(())
     }
 
     fn view(&self, scene: &Scene) -> Result<View, Failure> {

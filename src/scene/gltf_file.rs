@@ -38,6 +38,15 @@ pub fn open(path: &Path) -> Result<Scene, SceneError> {
             scene.camera = placed.camera(&document, &mut scene.warnings)?;
         }
     }
+    for (character, placed) in nodes.iter().enumerate() {
+        let Some(extras) = placed.node.extras() else { continue };
+        let spheres = super::proxies::from_extras(extras.get(), &placed.world)
+            .map_err(|reason| placed.error(&reason))?;
+        for (centre, radius) in spheres {
+            scene.add_proxy(centre, radius, None);
+            scene.proxies.last_mut().into_iter().for_each(|p| p.character = character as u32);
+        }
+    }
     if scene.triangles.is_empty() {
         let Dropped { zero_area, points_and_lines, .. } = scene.dropped;
         return Err(SceneError::Empty {

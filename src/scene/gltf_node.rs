@@ -45,7 +45,8 @@ fn name(node: &gltf::Node) -> String {
 }
 
 impl Placed<'_> {
-    fn error(&self, reason: &str) -> SceneError {
+    /// An error about this node.
+    pub(super) fn error(&self, reason: &str) -> SceneError {
         SceneError::Value { what: name(&self.node), reason: reason.into() }
     }
 

@@ -9,6 +9,7 @@ const POINT_FORM: &str = "x,y,z:R,G,B (metres : W/sr)";
 const SPOT_FORM: &str =
     "x,y,z:dx,dy,dz:R,G,B:OUTER[,INNER] (metres : direction : W/sr : half angles in degrees)";
 const SUN_FORM: &str = "dx,dy,dz:R,G,B (the way light travels : W/m² on a surface facing it)";
+const SPHERE_FORM: &str = "x,y,z:RADIUS[:R,G,B] (metres : metres : albedo)";
 const SKY_FORM: &str = "R,G,B (radiance in W/(m² sr))";
 
 /// Returns a point light of radiant intensity `intensity` in W/sr at `position` in metres.
@@ -97,6 +98,27 @@ pub fn parse_sky(text: &str) -> Result<Environment, SceneError> {
     Ok(Environment::Constant(reader.colour(radiance)?))
 }
 
+/// Reads `--sphere x,y,z:RADIUS[:R,G,B]`: centre, radius above 0, and an albedo in [0, 1].
+///
+/// # Errors
+/// Another form, numbers that are not finite or out of range.
+pub fn parse_sphere(text: &str) -> Result<(Vec3, f32, Option<Vec3>), SceneError> {
+    let reader = Reader { option: "--sphere", text, expected: SPHERE_FORM };
+    let (body, albedo) = match text.match_indices(':').nth(1) {
+        Some((at, _)) => (&text[..at], Some(reader.colour(&text[at + 1..])?)),
+        None => (text, None),
+    };
+    let [centre, radius] = Reader { text: body, ..reader }.groups()?;
+    let radius = match reader.numbers(radius)?.as_slice() {
+        &[radius] if radius > 0.0 => radius,
+        _ => return reader.fail("the radius is not one number above 0".into()),
+    };
+    if albedo.is_some_and(|a| a.max_element() > 1.0) {
+        return reader.fail("the albedo is above 1".into());
+    }
+    Ok((reader.vector(centre)?, radius, albedo))
+}
+
 /// Reads three numbers `x,y,z` of an option such as `--eye`.
 ///
 /// # Errors
@@ -106,6 +128,7 @@ pub fn parse_vector(option: &'static str, text: &str) -> Result<Vec3, SceneError
 }
 
 /// An option's text, for messages.
+#[derive(Clone, Copy)]
 struct Reader<'a> {
     option: &'static str,
     text: &'a str,
@@ -177,6 +200,9 @@ mod tests {
         let light = parse_sun("3,0,4:1,1,1").unwrap();
         assert_eq!((light.kind, light.direction.x, light.direction.z), (LIGHT_SUN, 0.6, 0.8));
         assert_eq!(parse_sky("0.5,0,1").unwrap(), Environment::Constant(Vec3::new(0.5, 0.0, 1.0)));
+        assert_eq!(parse_sphere("1,2,3:0.5").unwrap(), (Vec3::new(1.0, 2.0, 3.0), 0.5, None));
+        let coloured = parse_sphere("1,2,3:0.5:0.1,0.2,1").unwrap();
+        assert_eq!(coloured.2, Some(Vec3::new(0.1, 0.2, 1.0)));
         assert_eq!(parse_vector("--eye", "1,2,3").unwrap(), Vec3::new(1.0, 2.0, 3.0));
     }
 
@@ -195,6 +221,11 @@ mod tests {
             (parse_sun("0,0,0:1,1,1").map(drop), "length 0"),
             (parse_sky("1,1,1,1").map(drop), "4 numbers"),
             (parse_sky("1,1,1:2").map(drop), "2 groups"),
+            (parse_sphere("1,1,1").map(drop), "1 groups"),
+            (parse_sphere("1,1,1:0").map(drop), "above 0"),
+            (parse_sphere("1,1,1:1,2").map(drop), "above 0"),
+            (parse_sphere("1,1,1:1:2,0,0").map(drop), "above 1"),
+            (parse_sphere("1,1,1:1:0,0,0:1").map(drop), "not a number"),
         ];
         for (result, word) in cases {
             let message = result.unwrap_err().to_string();

@@ -13,10 +13,12 @@ mod gltf_material;
 mod gltf_node;
 mod gltf_texture;
 pub mod light;
+mod proxies;
 
 pub use bounds::Bounds;
 pub use camera::{Camera, CameraFrame};
 pub use environment::{Environment, EnvironmentMap};
+pub use proxies::Fit;
 
 use crate::error::SceneError;
 use glam::Vec3;
@@ -47,7 +49,7 @@ pub struct Scene {
     pub environment: Environment,
     /// The scene's own camera; see [`Scene::view`].
     pub camera: Option<Camera>,
-    /// Spheres that stand in for characters; empty but for the built-in `spheres`.
+    /// Spheres that stand in for characters: of the built-in `spheres`, of nodes' extras, or added.
     pub proxies: Vec<Sphere>,
     /// What a file had that is not in the scene.
     pub dropped: Dropped,
@@ -64,6 +66,8 @@ pub struct Sphere {
     pub radius: f32,
     /// Which character it belongs to: 0, 1, …
     pub character: u32,
+    /// Albedo of what it stands in for, in [0, 1].
+    pub albedo: Vec3,
 }
 
 /// Counts of what a file had that is not in the scene.

@@ -7,7 +7,7 @@ use super::gbuffer::{GBuffer, bands};
 use super::{Inspection, Job, Rendered, View, World};
 use crate::backend::{Backend, BackendError};
 use crate::picture::Picture;
-use glam::{Vec3, Vec4};
+use glam::{UVec4, Vec3, Vec4};
 use twinlight_kernels::passes::elements::{GatherParams, LightParams};
 use twinlight_kernels::passes::gather::GATHER_EMISSION;
 use twinlight_kernels::passes::light::LIGHTS_PER_WORD;
@@ -44,6 +44,28 @@ pub(super) fn band_radiance<B: Backend>(
     job: &Job,
     seen: &mut Inspection<'_>,
 ) -> Result<B::Buffer<Vec4>, BackendError> {
+    radiance(backend, world, g, job, world.has_environment, seen)
+}
+
+/// The same without what surfaces reflect of the surroundings, for techniques that know better; the background stays.
+pub(super) fn band_radiance_without_surroundings<B: Backend>(
+    backend: &mut B,
+    world: &World<B>,
+    g: &GBuffer<B>,
+    job: &Job,
+    seen: &mut Inspection<'_>,
+) -> Result<B::Buffer<Vec4>, BackendError> {
+    radiance(backend, world, g, job, false, seen)
+}
+
+fn radiance<B: Backend>(
+    backend: &mut B,
+    world: &World<B>,
+    g: &GBuffer<B>,
+    job: &Job,
+    surroundings: bool,
+    seen: &mut Inspection<'_>,
+) -> Result<B::Buffer<Vec4>, BackendError> {
     let count = g.count();
     let mut sum = backend.alloc("radiance", count as usize)?;
     let mut next = backend.alloc("radiance", count as usize)?;
@@ -71,13 +93,14 @@ pub(super) fn band_radiance<B: Backend>(
             std::mem::swap(&mut sum, &mut next);
         }
     }
-    if world.has_environment || world.emits {
+    if surroundings || world.emits {
+        let dark = GatherParams { environment: Vec4::ZERO, map: UVec4::ZERO, ..world.environment };
         let params = GatherParams {
             rays: job.rays,
             seed: job.seed,
             flags: if world.emits { GATHER_EMISSION } else { 0 },
             first_pixel: g.pixels.start,
-            ..world.environment
+            ..if surroundings { world.environment } else { dark }
         };
         let w = world;
         backend.gather_direct(

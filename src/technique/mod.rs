@@ -7,6 +7,7 @@ pub mod gbuffer;
 mod job;
 pub mod light_map;
 pub mod reference;
+pub mod soft_gi;
 pub mod visibility_filter;
 pub mod voxel_cones;
 mod world;

@@ -74,8 +74,9 @@ pub mod exponential {
     pub const COUNT: u32 = 7;
 }
 
+/// The first N coefficients.
 #[inline]
-fn load<const N: usize>(v: &ShVector) -> [f32; N] {
+pub(super) fn load<const N: usize>(v: &ShVector) -> [f32; N] {
     let all = [
         v.c0.x, v.c0.y, v.c0.z, v.c0.w, v.c4.x, v.c4.y, v.c4.z, v.c4.w, v.c8.x, v.c8.y, v.c8.z, v.c8.w,
         v.c12.x, v.c12.y, v.c12.z, v.c12.w, v.c16.x, v.c16.y, v.c16.z, v.c16.w, v.c20.x, v.c20.y, v.c20.z,
@@ -88,8 +89,9 @@ fn load<const N: usize>(v: &ShVector) -> [f32; N] {
     out
 }
 
+/// A vector of these coefficients, the others 0.
 #[inline]
-fn store<const N: usize>(v: &[f32; N]) -> ShVector {
+pub(super) fn store<const N: usize>(v: &[f32; N]) -> ShVector {
     let mut a = [0.0; 28];
     for i in 0..N {
         a[i] = v[i];

@@ -9,6 +9,7 @@ use crate::passes::gather::GatherParams;
 use crate::passes::light::LightParams;
 use crate::passes::light_map::LightMapParams;
 use crate::passes::scene::{Light, Material, Triangle};
+use crate::passes::soft_gi::{SoftParams, SphereProxy};
 use crate::passes::surface::{CameraParams, Surface};
 use crate::passes::upsample::UpsampleParams;
 use crate::passes::visibility_filter::gather_voxels::GatherVoxelsParams;
@@ -121,6 +122,11 @@ layout_words! {
     ConeParams {
         lower, eye, environment, map, inverse_edge, depth, cones, tangent, width, step, start, clearance, cutoff,
         falloff, reach, radiance_unit, flags, first, radiance_scale, lobes
+    }
+    SphereProxy { sphere, albedo }
+    SoftParams {
+        width, height, tile, tiles_x, proxies, order, exponential, terms, tau, shadow_reach, light_reach, operator,
+        entries, operator_entries, pairs, parts
     }
     VoxelViewParams { lower, inverse_edge, depth, level, what, lobes, radiance_unit }
     LightMapParams { origin, right, down, forward, projection, size, light, texel, bias }

@@ -299,6 +299,42 @@ macro_rules! for_each_pass {
             map update_depths(PyramidParams; 1 points: u32, 2 blocks: u32, 3 children: u32, 4 standing_blocks: u32,
                 5 standing_depths: u32, 6 marks: u32) -> 7 depths: u32,
                 Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 2e-2 };
+            /// Boxes around the receivers of tiles.
+            map tile_bounds(SoftParams; 1 surfaces: Surface) -> 2 bounds: Vec4, Tolerance::Exact;
+            // A sphere of influence may touch a box just so.
+            /// How many proxies reach each tile.
+            map tile_counts(SoftParams; 1 bounds: Vec4, 2 proxies: SphereProxy) -> 3 counts: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 1.0, flips: 0.0 };
+            /// Which proxies those are.
+            scatter tile_lists(SoftParams; 1 bounds: Vec4, 2 proxies: SphereProxy, 3 starts: u32) -> 4 lists: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 1e-2 };
+            /// Logarithms of the visibility past proxies, added up.
+            map accumulate_occlusion(SoftParams; 1 surfaces: Surface, 2 proxies: SphereProxy, 3 starts: u32,
+                4 counts: u32, 5 lists: u32, 6 table: f32) -> 7 logarithms: ShVector,
+                Tolerance::Relative { relative: 1e-4, absolute: 1e-4, flips: 0.0 };
+            // Squaring doubles relative errors up to twelve times.
+            /// Visibility past all proxies, order 2.
+            map exponentiate2(SoftParams; 1 logarithms: ShVector, 2 table: f32) -> 3 occlusion: ShVector,
+                Tolerance::Relative { relative: 1e-3, absolute: 1e-3, flips: 0.0 };
+            /// Visibility past all proxies, order 3.
+            map exponentiate3(SoftParams; 1 logarithms: ShVector, 2 table: f32) -> 3 occlusion: ShVector,
+                Tolerance::Relative { relative: 1e-3, absolute: 1e-3, flips: 0.0 };
+            /// Visibility past all proxies, order 4.
+            map exponentiate4(SoftParams; 1 logarithms: ShVector, 2 table: f32) -> 3 occlusion: ShVector,
+                Tolerance::Relative { relative: 1e-3, absolute: 1e-3, flips: 0.0 };
+            /// Visibility past all proxies, order 5.
+            map exponentiate5(SoftParams; 1 logarithms: ShVector, 2 table: f32) -> 3 occlusion: ShVector,
+                Tolerance::Relative { relative: 1e-3, absolute: 1e-3, flips: 0.0 };
+            /// Light of the surroundings past proxies.
+            map shade_shadowed(SoftParams; 1 surfaces: Surface, 2 occlusion: ShVector, 3 light: ShVector)
+                -> 4 shadowed: Vec4, Tolerance::Relative { relative: 1e-4, absolute: 1e-4, flips: 0.0 };
+            /// Light that proxies reflect, and their solid angle.
+            map accumulate_indirect(SoftParams; 1 surfaces: Surface, 2 proxies: SphereProxy, 3 starts: u32,
+                4 counts: u32, 5 lists: u32, 6 light: ShVector, 7 table: f32) -> 8 reflected: Vec4,
+                Tolerance::Relative { relative: 1e-4, absolute: 1e-4, flips: 0.0 };
+            /// Both lights together.
+            map combine_soft(SoftParams; 1 shadowed: Vec4, 2 reflected: Vec4) -> 3 light: Vec4,
+                Tolerance::Relative { relative: 1e-4, absolute: 1e-5, flips: 0.0 };
             /// The voxels of a level as cubes.
             map draw_voxels(CameraParams; 1 view: VoxelViewParams, 2 blocks: u32, 3 depths: u32, 4 places: u32,
                 5 radiance: u32) -> 6 picture: Vec4,

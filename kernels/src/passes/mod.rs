@@ -40,6 +40,7 @@ pub mod material;
 pub mod reduction;
 pub mod scan;
 pub mod scene;
+pub mod soft_gi;
 pub mod sort;
 pub mod surface;
 pub mod upsample;
@@ -64,6 +65,12 @@ pub use light_map::{light_map_visibility, trace_light_map};
 pub use list::{BindingInfo, PASSES, PassInfo, PassTiming, Shape, Tolerance, info};
 pub use reduction::reduce_sum;
 pub use scan::{add_block_offsets, block_sums, compact_indices, scan_blocks};
+pub use soft_gi::accumulate::{
+    accumulate_occlusion, exponentiate2, exponentiate3, exponentiate4, exponentiate5,
+};
+pub use soft_gi::cull::{tile_bounds, tile_counts, tile_lists};
+pub use soft_gi::indirect::accumulate_indirect;
+pub use soft_gi::shade::{combine_soft, shade_shadowed};
 pub use sort::{count_digits, place_by_digit};
 pub use surface::{resolve_emission, resolve_gloss, resolve_surfaces, trace_primary};
 pub use upsample::upsample;
@@ -104,6 +111,7 @@ pub mod elements {
     pub use super::reduction::ReduceParams;
     pub use super::scan::{CompactParams, ScanParams};
     pub use super::scene::{Light, Material, Triangle};
+    pub use super::soft_gi::{SoftParams, SphereProxy};
     pub use super::sort::DigitParams;
     pub use super::surface::{CameraParams, Surface};
     pub use super::upsample::UpsampleParams;

@@ -8,6 +8,7 @@
 //! are combined as the [`hybrid`] exponential of the sum of their logarithms ([`log_occlusion`]).
 
 mod basis;
+mod blocker;
 mod emitter;
 mod exponential;
 mod logarithm;
@@ -20,6 +21,9 @@ mod zonal;
 pub use basis::{
     UNIT, add_scaled, basis, basis_order2, basis_order3, basis_order4, basis_order5, dot, evaluate,
     is_finite, project,
+};
+pub use blocker::{
+    Blocker, EXACT_OPERATOR_WORDS, averaged_operator, averaged_operator_fit, blocker, exact_operator,
 };
 pub use emitter::lambert_intensity;
 pub use exponential::{

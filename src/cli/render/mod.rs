@@ -6,12 +6,13 @@ mod path_traced;
 
 use super::Failure;
 use super::options::{BackendOptions, SceneOptions, build_tree};
+use super::soft_gi::SoftGiOptions;
 use super::visibility_filter::VisibilityFilterOptions;
 use super::voxel_cones::VoxelConesOptions;
 use crate::picture::Picture;
 use crate::scene::Scene;
 use crate::technique::reference::Bounces;
-use crate::technique::{ambient_occlusion, direct, visibility_filter, voxel_cones};
+use crate::technique::{ambient_occlusion, direct, soft_gi, visibility_filter, voxel_cones};
 use clap::{Args, ValueEnum};
 use output::{check_output, dump_path, note_error, open_reference, report, write};
 use std::path::PathBuf;
@@ -74,6 +75,8 @@ pub(crate) struct RenderArguments {
     filter: VisibilityFilterOptions,
     #[command(flatten)]
     cones: VoxelConesOptions,
+    #[command(flatten)]
+    soft: SoftGiOptions,
 }
 
 #[derive(Clone, Copy, ValueEnum, PartialEq, Eq, Debug)]
@@ -90,6 +93,8 @@ enum Technique {
     VisibilityFilter,
     /// Cones through filtered voxels: direct light and one or more bounces, or occlusion
     VoxelCones,
+    /// Spherical proxies under soft surroundings: shadows and one bounce
+    SoftGi,
 }
 
 #[derive(Clone, Copy, ValueEnum, PartialEq, Eq)]
@@ -236,11 +241,23 @@ fn check_request(a: &RenderArguments, technique: Technique) -> Result<(), Failur
             name(technique)
         )));
     }
+    if technique == Technique::SoftGi {
+        a.soft
+            .settings()?
+            .check(a.scene.size.0, a.scene.size.1)
+            .map_err(|e| Failure::Request(e.to_string()))?;
+    } else if a.soft != SoftGiOptions::default() {
+        return Err(Failure::Request(format!(
+            "the options of soft global illumination do nothing for --technique {}; leave them out",
+            name(technique)
+        )));
+    }
     let known: &[&str] = match technique {
         Technique::Reference => &["direct", "indirect"],
         Technique::AmbientOcclusion => &ambient_occlusion::DUMPS,
         Technique::VisibilityFilter => &visibility_filter::DUMPS,
         Technique::VoxelCones => &voxel_cones::DUMPS,
+        Technique::SoftGi => &soft_gi::DUMPS,
         _ => &direct::DUMPS,
     };
     for name in &a.dump {

@@ -7,7 +7,7 @@ use crate::cli::{Failure, table};
 use crate::scene::{Scene, bvh::Bvh};
 use crate::technique::visibility_filter::{Counts, VisibilityFilter};
 use crate::technique::{
-    Job, LightPart, Rendered, View, World, ambient_occlusion, direct, visibility_filter, voxel_cones,
+    Job, LightPart, Rendered, View, World, ambient_occlusion, direct, soft_gi, visibility_filter, voxel_cones,
 };
 use serde_json::json;
 
@@ -78,6 +78,18 @@ fn draw<B: Backend>(
             rendered = picture;
             (counts, counts_line) = (voxels_json(&counted), voxels_text(&counted));
         }
+        Technique::SoftGi => {
+            let around = soft_gi::Surroundings::new(scene);
+            note_missing(a, &world, &around);
+            let settings = a.soft.settings()?;
+            let (picture, c) = soft_gi::render(backend, &world, &around, view, &job, &settings)?;
+            rendered = picture;
+            counts = json!({ "proxies": c.proxies, "receivers": c.receivers, "pairs": c.pairs, "shadow_reach": c.shadow_reach });
+            counts_line = format!(
+                "{} proxies, {} receivers, {} pairs of them, shadows to {:.1} radii\n",
+                c.proxies, c.receivers, c.pairs, c.shadow_reach
+            );
+        }
         _ => rendered = direct::render(backend, &world, view, &job)?,
     }
     refuse_non_finite(&rendered)?;
@@ -106,6 +118,19 @@ fn draw<B: Backend>(
         dumps: rendered.dumps.into_iter().collect(),
         interrupted: false,
     })
+}
+
+/// Says what soft global illumination has nothing to do without.
+fn note_missing<B: Backend>(a: &RenderArguments, world: &World<B>, around: &soft_gi::Surroundings) {
+    if a.quiet {
+        return;
+    }
+    if !world.has_environment {
+        eprintln!("note: no light from the surroundings; give --sky or --environment");
+    }
+    if around.proxies.is_empty() {
+        eprintln!("note: the scene has no spherical proxies; give --sphere or --fit-spheres");
+    }
 }
 
 /// Fails if some buffer was found not to be finite.

@@ -88,7 +88,12 @@ pub fn spheres() -> Scene {
         let place = Vec3::new(character as f32 * 2.0 - 4.0, 0.0, if character % 2 == 0 { 0.0 } else { -1.5 });
         for (centre, radius) in PARTS {
             mesh.sphere(place + centre, radius, SPHERE_SUBDIVISIONS, character as u32 + 1);
-            proxies.push(Sphere { centre: place + centre, radius, character: character as u32 });
+            proxies.push(Sphere {
+                centre: place + centre,
+                radius,
+                character: character as u32,
+                albedo: Vec3::new(r, g, b),
+            });
         }
     }
     let sky = EnvironmentMap::from_directions(64, 32, sky_radiance);
