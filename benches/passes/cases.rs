@@ -2,12 +2,15 @@
 
 #[path = "evaluate.rs"]
 mod evaluate;
+#[path = "soft.rs"]
+mod soft;
 #[path = "visibility.rs"]
 mod visibility;
 #[path = "voxels.rs"]
 mod voxels;
 
 pub use evaluate::*;
+pub use soft::*;
 pub use visibility::*;
 pub use voxels::*;
 
@@ -59,6 +62,7 @@ pub struct Samples {
     visible: CpuBuffer<u32>,
     filter: Filter,
     voxels: Voxels,
+    soft: Soft,
 }
 
 impl Samples {
@@ -90,7 +94,8 @@ impl Samples {
         )?;
         let filter = Filter::new(cpu, &w, &camera, &surfaces, &gloss)?;
         let voxels = Voxels::new(cpu, &w)?;
-        Ok(Self { world: w, camera, light, gather, hits, surfaces, gloss, visible, filter, voxels })
+        let soft = Soft::new(cpu, &scene, &surfaces)?;
+        Ok(Self { world: w, camera, light, gather, hits, surfaces, gloss, visible, filter, voxels, soft })
     }
 
     fn tree(&self) -> (Vec<BvhNode>, Vec<TriangleBlock>) {

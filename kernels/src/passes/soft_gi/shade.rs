@@ -2,7 +2,7 @@
 
 use super::{REFLECTED, SHADOWED, SoftParams};
 use crate::geometry::bvh::NO_TRIANGLE;
-use crate::math::{FRAC_1_PI, div, max, saturate};
+use crate::math::{FRAC_1_PI, div, max, min, saturate};
 use crate::passes::evaluate_sh::{ShVector, load};
 use crate::passes::surface::Surface;
 use crate::sh::{self, CLAMPED_COSINE, UNIT};
@@ -51,9 +51,12 @@ pub fn shade_shadowed(
 }
 
 /// Returns ξ: how much of the proxies' solid angles is left where they overlap, in [0, 1]; 1 without any. SGI eq. 12.
+///
+/// What counts of a proxy lies over the receiver's plane, so that not more than half of all directions can be covered; cheap
+/// exponentials of very many proxies say more.
 #[inline]
 pub fn overlap_share(covered: f32, solid_angle: f32) -> f32 {
-    if solid_angle > 1.0e-12 { saturate(div(covered * UNIT, solid_angle)) } else { 1.0 }
+    if solid_angle > 1.0e-12 { saturate(div(min(covered, 0.5 * UNIT) * UNIT, solid_angle)) } else { 1.0 }
 }
 
 /// Returns the light that arrives at receiver `index`, irradiance/π: what passes the proxies and what they reflect, as
