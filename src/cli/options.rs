@@ -3,7 +3,7 @@
 use super::Failure;
 use crate::backend::{Arithmetic, Cpu, Gpu, GpuOptions};
 use crate::scene::light::{
-    default_light, parse_point, parse_sky, parse_sphere, parse_spot, parse_sun, parse_vector,
+    default_light, parse_daylight, parse_point, parse_sky, parse_sphere, parse_spot, parse_sun, parse_vector,
 };
 use crate::scene::{Environment, Scene, bvh::Bvh};
 use crate::technique::View;
@@ -49,6 +49,9 @@ pub(crate) struct SceneOptions {
     /// Constant radiance from all around
     #[arg(long, value_name = "R,G,B", conflicts_with = "environment", allow_hyphen_values = true)]
     pub sky: Option<String>,
+    /// Sky of a clear day: the direction toward the sun, and turbidity from 2 to 10
+    #[arg(long, value_name = "x,y,z[:TURBIDITY]", conflicts_with_all = ["environment", "sky"], allow_hyphen_values = true)]
+    pub daylight: Option<String>,
     /// Equirectangular radiance from a file
     #[arg(long, value_name = "FILE.hdr|.exr")]
     pub environment: Option<PathBuf>,
@@ -110,9 +113,9 @@ pub(crate) fn parse_size(text: &str) -> Result<(u32, u32), String> {
 }
 
 impl SceneOptions {
-    /// Opens the scene with its lights as asked for, and its view.
-    pub(crate) fn open(&self) -> Result<(Scene, View), Failure> {
-        let mut scene = Scene::open(&self.scene)?;
+    /// Opens the scene at a moment with its lights as asked for, and its view.
+    pub(crate) fn open(&self, seconds: f64) -> Result<(Scene, View), Failure> {
+        let mut scene = Scene::open_at(&self.scene, seconds)?;
         if self.no_scene_lights {
             scene.lights.clear();
             scene.environment = Environment::None;
@@ -128,6 +131,9 @@ impl SceneOptions {
         }
         if let Some(text) = &self.sky {
             scene.environment = parse_sky(text)?;
+        }
+        if let Some(text) = &self.daylight {
+            scene.environment = parse_daylight(text)?;
         }
         if let Some(path) = &self.environment {
             scene.environment = Environment::open(path)?;

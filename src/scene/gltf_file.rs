@@ -4,19 +4,20 @@ use super::bvh::{MAX_COORDINATE, MAX_TRIANGLES};
 use super::gltf_accessor::Buffers;
 use super::gltf_material::{self, Coordinates, Loaded};
 use super::gltf_node::{self, Placed};
+use super::gltf_pose::{Placement, Pose};
 use super::gltf_texture::{Textures, numbered};
 use super::{Dropped, Scene};
 use crate::error::{SceneError, one_line};
-use glam::{DMat3, DVec3, Vec2, Vec3};
+use glam::{DMat3, DMat4, DVec3, Vec2, Vec3};
 use gltf::Semantic;
 use gltf::json::validation::Checked;
 use gltf::mesh::Mode;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use twinlight_kernels::passes::scene::Triangle;
 
-/// Opens a `.glb` or `.gltf` file: its default scene, or the first where none is named.
-pub fn open(path: &Path) -> Result<Scene, SceneError> {
+/// Opens a `.glb` or `.gltf` file at a moment: its default scene, or the first where none is named.
+pub fn open(path: &Path, seconds: f64) -> Result<Scene, SceneError> {
     let bytes = std::fs::read(path)
         .map_err(|e| SceneError::Read { path: one_line(path.display()), reason: one_line(e) })?;
     let format = |reason: String| SceneError::Format { path: one_line(path.display()), reason };
@@ -25,14 +26,19 @@ pub fn open(path: &Path) -> Result<Scene, SceneError> {
     let buffers = Buffers::read(&document, blob, path)?;
     let chosen = document.default_scene().or_else(|| document.scenes().next());
     let chosen = chosen.ok_or_else(|| format("it has no scene".into()))?;
-    let nodes = gltf_node::walk(&document, &chosen)?;
+    let pose = Pose::at(&document, &buffers, seconds).map_err(format)?;
+    let nodes = gltf_node::walk(&document, &chosen, &pose)?;
+    let worlds = nodes.iter().map(|placed| (placed.node.index(), placed.world)).collect();
     let mut scene = Scene {
         name: path.file_stem().map(|name| one_line(name.to_string_lossy())).unwrap_or_default(),
         ..Scene::default()
     };
+    if pose.partial {
+        scene.warnings.push("animation 0: morph targets are ignored".into());
+    }
     let materials = materials(&document, &buffers, path, &nodes, &mut scene)?;
     for placed in &nodes {
-        add_mesh(&buffers, placed, &materials, &mut scene)?;
+        add_mesh(&buffers, placed, &worlds, &materials, &mut scene)?;
         scene.lights.extend(placed.light()?);
         if scene.camera.is_none() {
             scene.camera = placed.camera(&document, &mut scene.warnings)?;
@@ -127,14 +133,12 @@ fn materials(
 fn add_mesh(
     buffers: &Buffers,
     placed: &Placed,
+    worlds: &HashMap<usize, DMat4>,
     materials: &Materials,
     scene: &mut Scene,
 ) -> Result<(), SceneError> {
     let Some(mesh) = placed.node.mesh() else { return Ok(()) };
     let mesh_name = numbered(mesh.index(), mesh.name());
-    if placed.node.skin().is_some() {
-        scene.warnings.push(format!("mesh {mesh_name}: its skin is ignored"));
-    }
     for primitive in mesh.primitives() {
         if matches!(primitive.mode(), Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
             scene.dropped.points_and_lines += 1;
@@ -147,7 +151,8 @@ fn add_mesh(
         };
         let (material, coordinates) =
             materials.get(&primitive.material().index()).copied().unwrap_or_default();
-        let vertices = Vertices::read(buffers, &primitive, placed, coordinates).map_err(error)?;
+        let placement = Placement::of(buffers, &primitive, placed, worlds).map_err(error)?;
+        let vertices = Vertices::read(buffers, &primitive, &placement, coordinates).map_err(error)?;
         if coordinates.is_some() && vertices.coordinates.is_none() {
             scene.warnings.push(format!(
                 "mesh {mesh_name}, primitive {}: no texture coordinates, 0 is used",
@@ -162,7 +167,7 @@ fn add_mesh(
                 limit: MAX_TRIANGLES as u64,
             });
         }
-        let mirrored = placed.world.determinant() < 0.0;
+        let mirrored = placement.is_mirrored();
         scene.triangles.reserve(corners.len());
         for [a, b, c] in corners {
             let corners = if mirrored { [a, c, b] } else { [a, b, c] };
@@ -213,13 +218,13 @@ impl Vertices {
     fn read(
         buffers: &Buffers,
         primitive: &gltf::Primitive,
-        placed: &Placed,
+        placement: &Placement,
         coordinates: Option<Coordinates>,
     ) -> Result<Self, String> {
         let accessor = primitive.get(&Semantic::Positions).ok_or("it has no POSITION")?;
         let mut positions = vec![];
         for (i, p) in buffers.vectors::<3>(&accessor)?.into_iter().enumerate() {
-            let p = placed.world.transform_point3(Vec3::from(p).as_dvec3()).as_vec3();
+            let p = placement.matrix(i).transform_point3(Vec3::from(p).as_dvec3()).as_vec3();
             if !(p.is_finite() && p.abs().max_element() <= MAX_COORDINATE) {
                 return Err(format!(
                     "the position of vertex {i} is not finite or beyond {MAX_COORDINATE:e} m"
@@ -229,7 +234,7 @@ impl Vertices {
         }
         let count = positions.len();
         let normals = match primitive.get(&Semantic::Normals) {
-            Some(accessor) => Some(normals(buffers.vectors::<3>(&accessor)?, placed)?),
+            Some(accessor) => Some(normals(buffers.vectors::<3>(&accessor)?, placement)?),
             None => None,
         };
         let coordinates = match coordinates {
@@ -279,18 +284,20 @@ impl Vertices {
 }
 
 /// Transforms normals by the inverse transpose, through cofactors so that a flattened node still has some.
-fn normals(local: Vec<[f32; 3]>, placed: &Placed) -> Result<Vec<Vec3>, String> {
-    let m = DMat3::from_mat4(placed.world);
-    let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
-    let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
-    let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign;
+fn normals(local: Vec<[f32; 3]>, placement: &Placement) -> Result<Vec<Vec3>, String> {
+    let cofactors = |i: usize| {
+        let m = DMat3::from_mat4(placement.matrix(i));
+        let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
+        let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
+        DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign
+    };
     let mut world = Vec::with_capacity(local.len());
     for (i, normal) in local.into_iter().enumerate() {
         let normal = Vec3::from(normal);
         if !normal.is_finite() {
             return Err(format!("the normal of vertex {i} is not finite"));
         }
-        world.push((cofactors * normal.as_dvec3()).try_normalize().unwrap_or(DVec3::ZERO).as_vec3());
+        world.push((cofactors(i) * normal.as_dvec3()).try_normalize().unwrap_or(DVec3::ZERO).as_vec3());
     }
     Ok(world)
 }

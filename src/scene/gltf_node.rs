@@ -1,5 +1,6 @@
 //! Where do the nodes of a glTF file stand, and which lights and cameras do they carry?
 
+use super::gltf_pose::Pose;
 use super::gltf_texture::numbered;
 use super::{Camera, light};
 use crate::error::SceneError;
@@ -15,8 +16,12 @@ pub struct Placed<'a> {
     pub world: DMat4,
 }
 
-/// Returns all nodes of a scene, parents first, in the order of the file.
-pub fn walk<'a>(document: &gltf::Document, scene: &gltf::Scene<'a>) -> Result<Vec<Placed<'a>>, SceneError> {
+/// Returns all nodes of a scene in a pose, parents first, in the order of the file.
+pub fn walk<'a>(
+    document: &gltf::Document,
+    scene: &gltf::Scene<'a>,
+    pose: &Pose,
+) -> Result<Vec<Placed<'a>>, SceneError> {
     let mut visited = vec![false; document.nodes().len()];
     let mut placed = vec![];
     let mut stack: Vec<(gltf::Node<'a>, DMat4)> = scene.nodes().map(|n| (n, DMat4::IDENTITY)).collect();
@@ -27,8 +32,7 @@ pub fn walk<'a>(document: &gltf::Document, scene: &gltf::Scene<'a>) -> Result<Ve
             Some(visited) if !*visited => *visited = true,
             _ => return Err(error("it is reached twice; the nodes must form a tree")),
         }
-        let local = DMat4::from_cols_array_2d(&node.transform().matrix().map(|c| c.map(f64::from)));
-        let world = parent * local;
+        let world = parent * pose.local(&node);
         if !world.is_finite() {
             return Err(error("its transformation is not finite"));
         }

@@ -10,6 +10,7 @@ const SPOT_FORM: &str =
     "x,y,z:dx,dy,dz:R,G,B:OUTER[,INNER] (metres : direction : W/sr : half angles in degrees)";
 const SUN_FORM: &str = "dx,dy,dz:R,G,B (the way light travels : W/m² on a surface facing it)";
 const SPHERE_FORM: &str = "x,y,z:RADIUS[:R,G,B] (metres : metres : albedo)";
+const DAYLIGHT_FORM: &str = "x,y,z[:TURBIDITY] (toward the sun : 2 to 10)";
 const SKY_FORM: &str = "R,G,B (radiance in W/(m² sr))";
 
 /// Returns a point light of radiant intensity `intensity` in W/sr at `position` in metres.
@@ -96,6 +97,20 @@ pub fn parse_sky(text: &str) -> Result<Environment, SceneError> {
     let reader = Reader { option: "--sky", text, expected: SKY_FORM };
     let [radiance] = reader.groups()?;
     Ok(Environment::Constant(reader.colour(radiance)?))
+}
+
+/// Reads `--daylight x,y,z[:TURBIDITY]`: the sky of a clear day with the sun in that direction; turbidity 3 if none is given.
+///
+/// # Errors
+/// Another form, a sun below the horizon, a turbidity outside 2 to 10.
+pub fn parse_daylight(text: &str) -> Result<Environment, SceneError> {
+    let reader = Reader { option: "--daylight", text, expected: DAYLIGHT_FORM };
+    let (sun, turbidity) = match text.split_once(':') {
+        Some((sun, turbidity)) => (sun, reader.numbers(turbidity)?),
+        None => (text, vec![3.0]),
+    };
+    let &[turbidity] = turbidity.as_slice() else { return reader.fail("one turbidity belongs there".into()) };
+    super::daylight(reader.direction(sun)?, turbidity).or_else(|reason| reader.fail(reason))
 }
 
 /// Reads `--sphere x,y,z:RADIUS[:R,G,B]`: centre, radius above 0, and an albedo in [0, 1].
@@ -221,6 +236,9 @@ mod tests {
             (parse_sun("0,0,0:1,1,1").map(drop), "length 0"),
             (parse_sky("1,1,1,1").map(drop), "4 numbers"),
             (parse_sky("1,1,1:2").map(drop), "2 groups"),
+            (parse_daylight("0,-1,0").map(drop), "horizon"),
+            (parse_daylight("0,1,0:20").map(drop), "turbidity"),
+            (parse_daylight("0,1,0:2,3").map(drop), "one turbidity"),
             (parse_sphere("1,1,1").map(drop), "1 groups"),
             (parse_sphere("1,1,1:0").map(drop), "above 0"),
             (parse_sphere("1,1,1:1,2").map(drop), "above 0"),

@@ -6,17 +6,20 @@ mod bounds;
 mod builtin;
 pub mod bvh;
 mod camera;
+mod daylight;
 mod environment;
 mod gltf_accessor;
 mod gltf_file;
 mod gltf_material;
 mod gltf_node;
+mod gltf_pose;
 mod gltf_texture;
 pub mod light;
 mod proxies;
 
 pub use bounds::Bounds;
 pub use camera::{Camera, CameraFrame};
+pub use daylight::daylight;
 pub use environment::{Environment, EnvironmentMap};
 pub use proxies::Fit;
 
@@ -114,15 +117,25 @@ impl Scene {
     /// One line that says what is wrong where: unknown name, unreadable or malformed file, impossible values,
     /// nothing to render, too much to address.
     pub fn open(name: &str) -> Result<Self, SceneError> {
+        Self::open_at(name, 0.0)
+    }
+
+    /// Opens a scene as [`Scene::open`] does, at a moment: a file's first animation at `seconds`, over and over, with its
+    /// skins; the characters of `spheres` sway.
+    ///
+    /// # Errors
+    /// As [`Scene::open`], and for an animation that is not usable.
+    pub fn open_at(name: &str, seconds: f64) -> Result<Self, SceneError> {
+        let seconds = if seconds.is_finite() { seconds } else { 0.0 };
         match name {
             "cornell-box" => Ok(builtin::cornell_box(false)),
             "cornell-glossy" => Ok(builtin::cornell_box(true)),
-            "spheres" => Ok(builtin::spheres()),
+            "spheres" => Ok(builtin::spheres(seconds)),
             _ => {
                 let path = Path::new(name);
                 let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
                 if matches!(extension.as_str(), "glb" | "gltf") || path.is_file() {
-                    gltf_file::open(path)
+                    gltf_file::open(path, seconds)
                 } else {
                     Err(SceneError::Unknown { name: name.chars().take(200).collect() })
                 }

@@ -1,5 +1,6 @@
 //! `twinlight render`: one picture.
 
+mod frames;
 mod output;
 mod passes;
 mod path_traced;
@@ -15,9 +16,9 @@ use crate::technique::reference::Bounces;
 use crate::technique::{ambient_occlusion, direct, soft_gi, visibility_filter, voxel_cones};
 use clap::{Args, ValueEnum};
 use output::{check_output, dump_path, note_error, open_reference, report, write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub(crate) struct RenderArguments {
     #[command(flatten)]
     scene: SceneOptions,
@@ -32,6 +33,12 @@ pub(crate) struct RenderArguments {
     /// The picture's file, .png or .exr [default: the scene's name with .png]
     #[arg(short, long, value_name = "OUT.png|OUT.exr")]
     output: Option<PathBuf>,
+    /// Frames of an animation, both included; written as OUT/0000.png and so on [default: the moment 0]
+    #[arg(long, value_name = "A..B", value_parser = parse_frames)]
+    frames: Option<(u32, u32)>,
+    /// Frames per second of --frames
+    #[arg(long, default_value_t = 25.0, value_name = "N")]
+    fps: f64,
     /// Reflections beyond direct light, or all (reference)
     #[arg(long, default_value = "1", value_parser = parse_bounces, value_name = "N|all")]
     bounces: Bounces,
@@ -122,6 +129,14 @@ fn parse_bounces(text: &str) -> Result<Bounces, String> {
     }
 }
 
+fn parse_frames(text: &str) -> Result<(u32, u32), String> {
+    let parsed = text.split_once("..").and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+    match parsed {
+        Some((first, last)) if first <= last && last < 100_000 => Ok((first, last)),
+        _ => Err("expected A..B with A up to B, at most 99999".into()),
+    }
+}
+
 /// What a technique made, ready to be written.
 struct Outcome {
     picture: Picture,
@@ -143,10 +158,18 @@ pub(crate) fn run(a: &RenderArguments) -> Result<(), Failure> {
     if a.technique != Technique::Auto {
         check_request(a, a.technique)?;
     }
-    let (scene, view) = a.scene.open()?;
+    match a.frames {
+        Some(frames) => frames::run(a, frames),
+        None => one(a, 0.0, a.output.as_deref()),
+    }
+}
+
+/// Renders the scene at a moment.
+fn one(a: &RenderArguments, seconds: f64, output: Option<&Path>) -> Result<(), Failure> {
+    let (scene, view) = a.scene.open(seconds)?;
     let technique = if a.technique == Technique::Auto { choose(a, &scene) } else { a.technique };
     check_request(a, technique)?;
-    let output = a.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
+    let output = output.map_or_else(|| PathBuf::from(format!("{}.png", scene.name)), Path::to_owned);
     for path in std::iter::once(output.clone()).chain(a.dump.iter().map(|name| dump_path(&output, name))) {
         check_output(&path)?;
     }

@@ -62,8 +62,9 @@ pub fn cornell_box(glossy: bool) -> Scene {
 
 /// Five characters of eight spheres each on a 300 m plane at y = 0, under a sky with a soft bright side.
 ///
-/// Characters stand 2 m apart on a staggered row; their spheres are in [`Scene::proxies`].
-pub fn spheres() -> Scene {
+/// Characters stand 2 m apart on a staggered row and sway, each in its own time, twice in five seconds; their spheres are in
+/// [`Scene::proxies`]. At 0 s all stand upright.
+pub fn spheres(seconds: f64) -> Scene {
     // Centre and radius of one character's spheres, facing +z, 1.8 m high.
     const PARTS: [(Vec3, f32); 8] = [
         (Vec3::new(0.0, 1.60, 0.0), 0.20),
@@ -86,7 +87,11 @@ pub fn spheres() -> Scene {
     for (character, [r, g, b]) in colours.into_iter().enumerate() {
         materials.push(diffuse(r, g, b));
         let place = Vec3::new(character as f32 * 2.0 - 4.0, 0.0, if character % 2 == 0 { 0.0 } else { -1.5 });
+        let sway = (std::f64::consts::TAU * 0.4 * seconds).sin() as f32 * (0.6 + 0.1 * character as f32);
         for (centre, radius) in PARTS {
+            // Upper parts lean more.
+            let lean = Vec3::new(0.35 * centre.y, 0.0, 0.15 * centre.y) * (sway * centre.y);
+            let centre = centre + lean;
             mesh.sphere(place + centre, radius, SPHERE_SUBDIVISIONS, character as u32 + 1);
             proxies.push(Sphere {
                 centre: place + centre,
@@ -165,7 +170,7 @@ mod tests {
 
     #[test]
     fn normals_agree_with_windings_and_have_unit_length() {
-        for scene in [cornell_box(false), spheres()] {
+        for scene in [cornell_box(false), spheres(0.0), spheres(0.7)] {
             for t in &scene.triangles {
                 let p = [t.p0, t.p1, t.p2].map(Vec4::truncate);
                 let face = (p[1] - p[0]).cross(p[2] - p[0]);
@@ -180,7 +185,7 @@ mod tests {
 
     #[test]
     fn spheres_are_closed_and_on_their_proxies() {
-        let scene = spheres();
+        let scene = spheres(0.4);
         let per_sphere = 20 << (2 * SPHERE_SUBDIVISIONS);
         assert_eq!(scene.triangles.len(), 2 + scene.proxies.len() * per_sphere);
         for (proxy, triangles) in scene.proxies.iter().zip(scene.triangles[2..].chunks(per_sphere)) {
