@@ -41,7 +41,7 @@ fn every_pass_is_exact_on_the_cornell_box() {
     let of = |name: &str| passes.iter().filter(|p| p["pass"] == name).count();
     assert_eq!(
         (of("fill_background"), of("ambient_openness") >= 2, of("draw_proxies")),
-        (3, true, 1),
+        (4, true, 1),
         "{json}"
     );
     assert!(["child_pairs", "inject_photons", "filter_radiance", "cone_diffuse"].iter().all(|p| of(p) >= 1));

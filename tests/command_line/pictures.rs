@@ -222,3 +222,51 @@ fn an_old_picture_is_replaced_or_left_whole() {
     assert_eq!(png(&path).dimensions(), (64, 48));
     assert_eq!(names(folder.path()), ["a.png"]);
 }
+
+#[test]
+fn frames_are_numbered_pictures_that_move() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["render", "spheres", "--technique", "soft-gi", "--size", "48x32", "--fps", "5"];
+    let ran = succeed(folder.path(), &[&arguments[..], &["--frames", "2..4", "-o", "walk"]].concat());
+    assert!(ran.out.contains("wrote 3 frames to walk"), "{}", ran.out);
+    let bytes = |n: u32| std::fs::read(folder.path().join(format!("walk/{n:04}.png"))).unwrap();
+    assert!(bytes(2) != bytes(3) && bytes(3) != bytes(4));
+    assert_eq!(std::fs::read_dir(folder.path().join("walk")).unwrap().count(), 3);
+    // A frame is what the same command makes of that moment alone.
+    succeed(folder.path(), &[&arguments[..], &["--frames", "3..3", "-o", "one", "--quiet"]].concat());
+    assert_eq!(std::fs::read(folder.path().join("one/0003.png")).unwrap(), bytes(3));
+}
+
+#[test]
+fn soft_gi_tells_what_it_did_and_what_it_lacks() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["render", "spheres", "--technique", "soft-gi", "--size", "64x48"];
+    let dumps = ["--dump", "log-occlusion,occlusion,shadowed,indirect,xi", "-o", "a.png", "--json"];
+    let json = succeed(folder.path(), &[&arguments[..], &dumps].concat()).json();
+    assert_eq!(json["counts"]["proxies"], 40);
+    assert_eq!(json["files"].as_array().unwrap().len(), 6, "{json}");
+    let stages: Vec<_> =
+        json["stages"].as_array().unwrap().iter().map(|s| s["stage"].as_str().unwrap().to_owned()).collect();
+    for stage in ["receivers", "culling", "occlusion", "exponential", "shading", "indirect", "upsampling"] {
+        assert!(stages.iter().any(|s| s == stage), "{stage} is not in {stages:?}");
+    }
+    let cornell = ["render", "cornell-box", "--technique", "soft-gi", "--size", "16x16", "-o", "b.png"];
+    let ran = succeed(folder.path(), &cornell);
+    assert!(ran.err.contains("--environment") && ran.err.contains("--sphere"), "{}", ran.err);
+    let fitted = [&cornell[..], &["--sky", "1,1,1", "--fit-spheres", "8"]].concat();
+    let ran = succeed(folder.path(), &fitted);
+    assert!(ran.err.contains("8 spheres fitted") && !ran.err.contains("give --sphere"), "{}", ran.err);
+}
+
+#[test]
+fn voxels_of_any_level_are_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let dumps =
+        ["--dump", "voxels,voxels@2,occlusion@1,lobes", "--technique", "voxel-cones", "--resolution", "16"];
+    let arguments = ["render", "cornell-glossy", "--size", "32x32", "-o", "a.exr", "--photons", "128"];
+    succeed(folder.path(), &[&arguments[..], &dumps].concat());
+    let mean = |name: &str| Picture::open_exr(&folder.path().join(name)).unwrap().mean().y;
+    assert!(mean("a.voxels.exr") > 0.0 && mean("a.voxels@2.exr") > 0.0);
+    assert!((0.2..1.0).contains(&mean("a.occlusion@1.exr")), "{}", mean("a.occlusion@1.exr"));
+    assert!(mean("a.lobes.exr") != 0.0);
+}

@@ -72,14 +72,32 @@ impl File {
             .set("/textures", json!([{"source": 0}]))
     }
 
+    /// Adds `count` elements of f32 as the next accessor.
+    pub fn append(mut self, kind: &str, count: usize, numbers: &[f32]) -> Self {
+        let offset = self.bytes.len();
+        numbers.iter().for_each(|n| self.bytes.extend(n.to_le_bytes()));
+        let accessor = json!({"bufferView": 0, "byteOffset": offset, "componentType": 5126, "count": count, "type": kind});
+        self.json["accessors"].as_array_mut().unwrap().push(accessor);
+        self.json["bufferViews"][0]["byteLength"] = json!(self.bytes.len());
+        self
+    }
+
     /// Opens it as .gltf with an embedded buffer.
-    pub fn open(mut self) -> Result<Scene, SceneError> {
+    pub fn open(self) -> Result<Scene, SceneError> {
+        self.open_at(0.0)
+    }
+
+    /// Opens it as it is at a moment.
+    pub fn open_at(mut self, seconds: f64) -> Result<Scene, SceneError> {
         if self.json.get("buffers").is_none() {
             let text = base64::engine::general_purpose::STANDARD.encode(&self.bytes);
             let uri = format!("data:application/octet-stream;base64,{text}");
             self.json["buffers"] = json!([{"byteLength": self.bytes.len(), "uri": uri}]);
         }
-        open_bytes(self.json.to_string().as_bytes(), "test.gltf")
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("test.gltf");
+        std::fs::write(&path, self.json.to_string()).unwrap();
+        Scene::open_at(path.to_str().unwrap(), seconds)
     }
 }
 

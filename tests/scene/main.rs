@@ -1,6 +1,7 @@
 //! Are scenes read as their files say, and bad ones refused with one clear line?
 
 mod file;
+mod motion;
 
 use file::{File, binary, open_bytes};
 use glam::Vec3;
