@@ -12,7 +12,7 @@ use curves::{Curve, draw};
 use glam::Vec3;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use twinlight::backend::{Backend, Cpu};
+use twinlight::backend::Cpu;
 use twinlight::picture::Picture;
 use twinlight::report::error::picture_error;
 use twinlight::scene::{Camera, Scene, bvh::Bvh, daylight};
@@ -74,7 +74,10 @@ fn exponentials(folder: Option<&Path>) -> Result<()> {
         ("series of 9", Box::new(|f| sh::product_series(f, 9))),
     ];
     let counts = [1, 2, 4, 8, 16, 32, 64];
-    println!("| RMS against the product, order 4 | {} |", counts.map(|m| format!("{m} blockers")).join(" | "));
+    println!(
+        "| RMS against the product, order 4 | {} |",
+        counts.map(|m| format!("{m} blockers")).join(" | ")
+    );
     println!("|---|{}", "---|".repeat(counts.len()));
     let mut all = Vec::new();
     for (name, kind) in &kinds {
@@ -84,7 +87,12 @@ fn exponentials(folder: Option<&Path>) -> Result<()> {
         all.push(Curve { name: (*name).into(), points });
     }
     if let Some(folder) = folder {
-        draw(&folder.join("soft-gi-exponentials.svg"), "overlapping blockers", "RMS against the product", &all)?;
+        draw(
+            &folder.join("soft-gi-exponentials.svg"),
+            "overlapping blockers",
+            "RMS against the product",
+            &all,
+        )?;
     }
     Ok(())
 }
@@ -92,9 +100,13 @@ fn exponentials(folder: Option<&Path>) -> Result<()> {
 /// Frobenius norm of an operator less the exact one, over the exact one's; order 3.
 fn operators(folder: Option<&Path>) -> Result<()> {
     let table = exact_operator_table(ENTRIES as usize);
-    let mut curves: Vec<Curve> =
-        ["point", "averaged, polynomials", "averaged"].map(|n| Curve { name: n.into(), points: vec![] }).into();
-    println!("\n| error of the operator | {} |\n|---|---|---|---|", curves.iter().map(|c| c.name.clone()).collect::<Vec<_>>().join(" | "));
+    let mut curves: Vec<Curve> = ["point", "averaged, polynomials", "averaged"]
+        .map(|n| Curve { name: n.into(), points: vec![] })
+        .into();
+    println!(
+        "\n| error of the operator | {} |\n|---|---|---|---|",
+        curves.iter().map(|c| c.name.clone()).collect::<Vec<_>>().join(" | ")
+    );
     for step in 1..=19 {
         let alpha = step as f32 / 20.0;
         let cap = sh::cap::<3>(alpha);
@@ -125,7 +137,12 @@ fn operators(folder: Option<&Path>) -> Result<()> {
         }
     }
     if let Some(folder) = folder {
-        draw(&folder.join("soft-gi-operators.svg"), "sin θ", "error relative to the exact operator", &curves)?;
+        draw(
+            &folder.join("soft-gi-operators.svg"),
+            "sin θ",
+            "error relative to the exact operator",
+            &curves,
+        )?;
     }
     Ok(())
 }
@@ -167,7 +184,11 @@ fn shrunk(picture: &Picture, width: u32) -> Picture {
 }
 
 fn knobs(cpu: &mut Cpu, s: &Subject) -> Result<()> {
-    println!("\n| {}, {} proxies | shadowed: RMSE, mean | all: RMSE, mean | ms |\n|---|---|---|---|", s.name, s.around.proxies.len());
+    println!(
+        "\n| {}, {} proxies | shadowed: RMSE, mean | all: RMSE, mean | ms |\n|---|---|---|---|",
+        s.name,
+        s.around.proxies.len()
+    );
     type Change = (&'static str, fn(&mut SoftGi));
     let changes: [Change; 14] = [
         ("as it is: order 4, receivers ½", |_| ()),
@@ -209,7 +230,9 @@ fn knobs(cpu: &mut Cpu, s: &Subject) -> Result<()> {
 
 /// What more proxies cost, beside one another over the floor: work follows what they reach.
 fn proxies(cpu: &mut Cpu, s: &Subject) -> Result<()> {
-    println!("\n| proxies | pairs with receivers | of all | culling ms | occlusion ms | indirect ms | exponential ms |\n|---|---|---|---|---|---|---|");
+    println!(
+        "\n| proxies | pairs with receivers | of all | culling ms | occlusion ms | indirect ms | exponential ms |\n|---|---|---|---|---|---|---|"
+    );
     let view = View::new(&s.camera, SIDE, SIDE)?;
     for count in [8u32, 32, 128, 512] {
         let side = f64::from(count).sqrt().ceil() as u32;
@@ -231,7 +254,11 @@ fn proxies(cpu: &mut Cpu, s: &Subject) -> Result<()> {
         let share = 100.0 * c.pairs as f64 / (f64::from(c.proxies) * f64::from(c.receivers));
         println!(
             "| {count} | {} | {share:.1} % | {:.2} | {:.1} | {:.1} | {:.1} |",
-            c.pairs, of("culling"), of("occlusion"), of("indirect"), of("exponential")
+            c.pairs,
+            of("culling"),
+            of("occlusion"),
+            of("indirect"),
+            of("exponential")
         );
     }
     Ok(())
@@ -274,7 +301,12 @@ fn main() -> Result<()> {
         let view = View::new(&s.camera, SIDE, SIDE)?;
         let (rendered, _) = render(&mut cpu, &s.world, &around, &view, &Job::default(), &SoftGi::default())?;
         let e = picture_error(&shrunk(&rendered.picture, SIDE / 4), &s.right[1]).ok_or("sizes differ")?;
-        println!("| {count} | {:.1} % | {:.2} %, {:.4} |", 100.0 * fit.error, 100.0 * e.relative_rmse, e.mean_ratio);
+        println!(
+            "| {count} | {:.1} % | {:.2} %, {:.4} |",
+            100.0 * fit.error,
+            100.0 * e.relative_rmse,
+            e.mean_ratio
+        );
     }
     cpu.take_timings();
     Ok(())

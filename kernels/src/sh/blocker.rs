@@ -78,8 +78,9 @@ pub const EXACT_OPERATOR_WORDS: usize = 14;
 /// Returns SGI's exact operator M(θ) of order 3, applied to a function in the frame whose +z points to the sphere's centre: the
 /// radiance that a point receives of a sphere whose surface has radiance f. SGI eq. 16.
 ///
-/// `table` holds `entries` ≥ 2 rows of [`EXACT_OPERATOR_WORDS`] numbers, M/u at u = e/(entries − 1), u = 1 − cos θ: nine for
-/// m = 0 by rows, four for |m| = 1, one for |m| = 2. Too short a table gives 0.
+/// `table` holds `entries` ≥ 2 rows of [`EXACT_OPERATOR_WORDS`] numbers, M/u at √u = e/(entries − 1), u = 1 − cos θ: nine for
+/// m = 0 by rows, four for |m| = 1, one for |m| = 2. Keyed by √u, in which M/u is smooth at both ends. Too short a table
+/// gives 0.
 #[inline]
 pub fn exact_operator(table: &[f32], entries: u32, alpha: f32, f: &[f32; 9]) -> [f32; 9] {
     let mut out = [0.0; 9];
@@ -87,7 +88,7 @@ pub fn exact_operator(table: &[f32], entries: u32, alpha: f32, f: &[f32; 9]) -> 
         return out;
     }
     let u = occlusion_key(alpha);
-    let position = u * ((entries - 1) as f32);
+    let position = sqrt(u) * ((entries - 1) as f32);
     let nearest = to_u32(floor(position));
     let entry = if nearest < entries - 2 { nearest } else { entries - 2 };
     let fraction = saturate(position - entry as f32);
