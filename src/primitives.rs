@@ -63,12 +63,15 @@ pub fn compact<B: Backend>(
     Ok((indices, found))
 }
 
-/// Returns the indices of the flags that are 1, in order, how many stand before each flag, and how many there are.
+/// The indices of flags that are 1, in order; how many stand before each flag; how many there are.
+pub type Listed<B> = (<B as Backend>::Buffer<u32>, <B as Backend>::Buffer<u32>, u32);
+
+/// Lists the flags that are 1.
 pub fn listed<B: Backend>(
     backend: &mut B,
     flags: &B::Buffer<u32>,
     count: u32,
-) -> Result<(B::Buffer<u32>, B::Buffer<u32>, u32), BackendError> {
+) -> Result<Listed<B>, BackendError> {
     let places = exclusive_scan(backend, flags, count)?;
     let mut indices = backend.alloc("compacted", count as usize)?;
     backend.compact_indices(

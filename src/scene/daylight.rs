@@ -47,7 +47,7 @@ pub fn daylight(to_sun: Vec3, turbidity: f32) -> Result<Environment, String> {
     if !(2.0..=10.0).contains(&turbidity) {
         return Err("the turbidity is not from 2 to 10".into());
     }
-    if !(to_sun.y > 0.0) {
+    if to_sun.y <= 0.0 || to_sun.is_nan() {
         return Err("the sun is not above the horizon".into());
     }
     let sun = to_sun.y.min(1.0).acos();

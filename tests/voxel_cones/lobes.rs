@@ -48,7 +48,7 @@ fn a_voxel_of_one_surface_mirrors_as_the_surface() {
             let got = mirrored(&words(light, normal, exponent), 0, -viewer, 0.0).x;
             let right = phong_lobe(normal, viewer, light, exponent);
             // Means are kept to 0.001, which widens the lobe a little.
-            assert!((got - right).abs() < 0.08 * (exponent + 2.0) / 6.28, "{got} for {right}");
+            assert!((got - right).abs() < 0.08 * (exponent + 2.0) / 6.0, "{got} for {right}");
         }
     }
     let above = words(Vec3::Y, normal, 5.0);

@@ -8,7 +8,9 @@ use twinlight::picture::Picture;
 use twinlight::report::error::{PictureError, picture_error};
 use twinlight::scene::{BUILT_IN, Environment, Scene, light};
 use twinlight::technique::reference::{Bounces, Reference};
-use twinlight::technique::voxel_cones::{DUMPS, VoxelCones, Voxelisation};
+use twinlight::technique::voxel_cones::{
+    self, DUMPS, Lighting, Pyramid, VoxelCones, Voxelisation, render_lit,
+};
 use twinlight::technique::{Job, LightPart, View, World, ambient_occlusion};
 
 const SIDE: u32 = 48;
@@ -192,4 +194,25 @@ fn odd_scenes_and_settings_are_finite() {
         }
     }
     let _ = indirect_job();
+}
+
+#[test]
+fn an_unmoved_light_is_not_injected_again() {
+    let s = Scene::open("cornell-glossy").unwrap();
+    let view = view(&s.view(), 24, 24);
+    let mut cpu = cpu();
+    let world = World::upload(&mut cpu, &s, &tree(&s), false).unwrap();
+    let at_once = voxel_cones::render(&mut cpu, &world, &view, &Job::default(), &small()).unwrap().0;
+    let pyramid = Pyramid::build(&mut cpu, &world, &small()).unwrap();
+    let lighting = Lighting::new(&mut cpu, &world, &pyramid, &small()).unwrap();
+    cpu.take_timings();
+    for turn in 0..2 {
+        let job = Job::default();
+        let again = render_lit(&mut cpu, &world, &pyramid, &lighting, &view, &job, &small()).unwrap();
+        assert!(same_bits(&again.picture, &at_once.picture), "picture {turn}");
+        for stage in ["voxelisation", "injection", "filtering", "bounces"] {
+            assert!(again.timings.iter().all(|t| t.stage != stage), "{stage} ran again");
+        }
+    }
+    assert!(at_once.timings.iter().any(|t| t.stage == "injection"), "negative control");
 }

@@ -257,6 +257,9 @@ fn listed_pairs(params: &SoftParams, counts: &[u32]) -> u64 {
         .sum()
 }
 
+/// Keeps a picture of the receivers, if it was asked for.
+type Keep<'a> = dyn Fn(&mut Inspection<'_>, &str, &dyn Fn(usize) -> Vec3) + 'a;
+
 /// What proxies leave of the surroundings at each receiver.
 fn occlusion<B: Backend>(
     backend: &mut B,
@@ -264,7 +267,7 @@ fn occlusion<B: Backend>(
     g: &GBuffer<B>,
     proxies: &B::Buffer<SphereProxy>,
     tiles: &Tiles<B>,
-    keep: &dyn Fn(&mut Inspection<'_>, &str, &dyn Fn(usize) -> Vec3),
+    keep: &Keep<'_>,
     seen: &mut Inspection<'_>,
 ) -> Result<B::Buffer<ShVector>, BackendError> {
     backend.set_stage("occlusion");

@@ -10,6 +10,8 @@ use glam::{Vec3, Vec4};
 
 /// ∫ visibility × cosine × light, each of them in the same order: Σ Γ_ijk o_i h_j l_k.
 #[inline]
+// Copies between slices do not compile to SPIR-V.
+#[allow(clippy::manual_memcpy)]
 fn shadowed<const N: usize, const B: usize>(s: &Surface, occlusion: &ShVector, light: &[ShVector]) -> Vec3 {
     let mut cosine = [0.0; B];
     for l in 0..B {

@@ -282,7 +282,7 @@ pub fn add_bounce(index: u32, params: &ConeParams, places: &[u32], radiance: &[u
             sides += if word > 0 { 1.0 } else { 0.0 };
             more += unpack_radiance(word);
         }
-        more = more * div(1.0, max(sides, 1.0));
+        more *= div(1.0, max(sides, 1.0));
     }
     pack_radiance(own + more)
 }
