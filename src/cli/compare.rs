@@ -38,7 +38,7 @@ pub(crate) fn run(a: &CompareArguments) -> Result<(), Failure> {
     let settings = a.filter.settings()?;
     let cones = a.cones.settings()?;
     let soft = a.soft.settings()?;
-    let (scene, view) = a.scene.open(0.0)?;
+    let (scene, view) = a.scene.open()?;
     let cpu = a.backend.cpu()?;
     let tree = cpu.install(|| build_tree(&scene))?;
     let gpu = a.backend.gpu(ArithmeticChoice::Strict)?;

@@ -5,12 +5,12 @@ use crate::backend::{Arithmetic, Cpu, Gpu, GpuOptions};
 use crate::scene::light::{
     default_light, parse_daylight, parse_point, parse_sky, parse_sphere, parse_spot, parse_sun, parse_vector,
 };
-use crate::scene::{Environment, Scene, bvh::Bvh};
+use crate::scene::{Camera, Environment, Scene, Sphere, bvh::Bvh};
 use crate::technique::View;
 use clap::{Args, ValueEnum};
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 use std::path::PathBuf;
-use twinlight_kernels::passes::scene::NO_TEXTURE;
+use twinlight_kernels::passes::scene::{Light, NO_TEXTURE};
 
 /// The largest side of a picture.
 const MAX_SIDE: u32 = 32_768;
@@ -75,6 +75,15 @@ pub(crate) struct SceneOptions {
     pub albedo: Option<f32>,
 }
 
+/// What the first frame of an animation chose from where things were, for all frames.
+#[derive(Default)]
+pub(crate) struct Kept {
+    camera: Option<Camera>,
+    target: Option<Vec3>,
+    light: Option<Light>,
+    fitted: Option<Vec<Sphere>>,
+}
+
 /// Where and how to compute.
 #[derive(Args, Clone)]
 pub(crate) struct BackendOptions {
@@ -113,8 +122,13 @@ pub(crate) fn parse_size(text: &str) -> Result<(u32, u32), String> {
 }
 
 impl SceneOptions {
-    /// Opens the scene at a moment with its lights as asked for, and its view.
-    pub(crate) fn open(&self, seconds: f64) -> Result<(Scene, View), Failure> {
+    /// Opens the scene with its lights as asked for, and its view.
+    pub(crate) fn open(&self) -> Result<(Scene, View), Failure> {
+        self.open_at(0.0, &mut Kept::default())
+    }
+
+    /// Opens the scene at a moment; what the first frame chose, the others keep.
+    pub(crate) fn open_at(&self, seconds: f64, kept: &mut Kept) -> Result<(Scene, View), Failure> {
         let mut scene = Scene::open_at(&self.scene, seconds)?;
         if self.no_scene_lights {
             scene.lights.clear();
@@ -141,18 +155,18 @@ impl SceneOptions {
         if let Some(albedo) = self.albedo {
             override_albedo(&mut scene, albedo)?;
         }
-        self.add_proxies(&mut scene)?;
+        self.add_proxies(&mut scene, kept)?;
         let census = scene.census();
         let lit = census.has_environment || (self.emissive && census.has_emission);
         if scene.lights.is_empty() && !lit && !self.no_scene_lights {
-            scene.lights.push(default_light(&scene.bounds()));
+            scene.lights.push(*kept.light.get_or_insert_with(|| default_light(&scene.bounds())));
             scene.warnings.push("the scene has no lights: a default point light was added".into());
         }
-        let view = self.view(&scene)?;
+        let view = self.view(&scene, kept)?;
         Ok((scene, view))
     }
 
-    fn add_proxies(&self, scene: &mut Scene) -> Result<(), Failure> {
+    fn add_proxies(&self, scene: &mut Scene, kept: &mut Kept) -> Result<(), Failure> {
         if self.no_scene_spheres {
             scene.proxies.clear();
         }
@@ -160,8 +174,12 @@ impl SceneOptions {
             let (centre, radius, albedo) = parse_sphere(text)?;
             scene.add_proxy(centre, radius, albedo);
         }
-        if let Some(count) = self.fit_spheres {
+        if let Some(fitted) = &kept.fitted {
+            scene.proxies.extend(fitted);
+        } else if let Some(count) = self.fit_spheres {
+            let own = scene.proxies.len();
             let fit = scene.fit_proxies(count)?;
+            kept.fitted = Some(scene.proxies[own..].to_vec());
             scene.warnings.push(format!(
                 "{} spheres fitted: they and the meshes differ by {:.1} % of the meshes' volume",
                 fit.spheres,
@@ -171,15 +189,16 @@ impl SceneOptions {
         Ok(())
     }
 
-    fn view(&self, scene: &Scene) -> Result<View, Failure> {
-        let mut camera = scene.view();
+    fn view(&self, scene: &Scene, kept: &mut Kept) -> Result<View, Failure> {
+        // A camera that frames the scene must not follow what moves in it.
+        let mut camera = scene.camera.unwrap_or_else(|| *kept.camera.get_or_insert_with(|| scene.view()));
         if let Some(text) = &self.eye {
             camera.eye = parse_vector("--eye", text)?;
         }
         if let Some(text) = &self.target {
             camera.target = parse_vector("--target", text)?;
         } else if self.eye.is_some() {
-            camera.target = scene.bounds().centre();
+            camera.target = *kept.target.get_or_insert_with(|| scene.bounds().centre());
         }
         if let Some(text) = &self.up {
             camera.up = parse_vector("--up", text)?;
@@ -195,6 +214,9 @@ impl SceneOptions {
 fn override_albedo(scene: &mut Scene, albedo: f32) -> Result<(), Failure> {
     if !(0.0..=1.0).contains(&albedo) {
         return Err(Failure::Request(format!("--albedo {albedo}: give a number from 0 to 1")));
+    }
+    for proxy in &mut scene.proxies {
+        proxy.albedo = Vec3::splat(albedo);
     }
     for m in &mut scene.materials {
         m.base = Vec4::new(albedo, albedo, albedo, m.base.w);

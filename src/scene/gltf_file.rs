@@ -44,15 +44,14 @@ pub fn open(path: &Path, seconds: f64) -> Result<Scene, SceneError> {
             scene.camera = placed.camera(&document, &mut scene.warnings)?;
         }
     }
+    let mut spheres = vec![];
     for (character, placed) in nodes.iter().enumerate() {
         let Some(extras) = placed.node.extras() else { continue };
-        let spheres = super::proxies::from_extras(extras.get(), &placed.world)
-            .map_err(|reason| placed.error(&reason))?;
-        for (centre, radius) in spheres {
-            scene.add_proxy(centre, radius, None);
-            scene.proxies.last_mut().into_iter().for_each(|p| p.character = character as u32);
-        }
+        let own = super::proxies::from_extras(extras.get(), &placed.world);
+        let own = own.map_err(|reason| placed.error(&reason))?;
+        spheres.extend(own.into_iter().map(|(centre, radius)| (centre, radius, character as u32)));
     }
+    scene.add_proxies(&spheres)?;
     if scene.triangles.is_empty() {
         let Dropped { zero_area, points_and_lines, .. } = scene.dropped;
         return Err(SceneError::Empty {
@@ -88,6 +87,15 @@ fn parse(bytes: &[u8]) -> Result<gltf::Gltf, String> {
         .find(|accessor| accessor.value() >= json.accessors.len())
     {
         return Err(format!("a POSITION is accessor {bad}, which does not exist"));
+    }
+    // Nor at what animations move.
+    for target in json.animations.iter().flat_map(|a| &a.channels).map(|channel| &channel.target) {
+        if target.node.value() >= json.nodes.len() {
+            return Err(format!("an animation moves node {}, which does not exist", target.node.value()));
+        }
+        if matches!(target.path, Checked::Invalid) {
+            return Err("an animation moves what is neither translation, rotation, scale nor weights".into());
+        }
     }
     let document = gltf::Document::from_json(json).map_err(|e| match e {
         gltf::Error::Validation(faults) => {
@@ -152,6 +160,9 @@ fn add_mesh(
         let (material, coordinates) =
             materials.get(&primitive.material().index()).copied().unwrap_or_default();
         let placement = Placement::of(buffers, &primitive, placed, worlds).map_err(error)?;
+        if primitive.get(&Semantic::Joints(1)).is_some() {
+            scene.warnings.push(format!("mesh {mesh_name}: joints beyond four of a vertex are ignored"));
+        }
         let vertices = Vertices::read(buffers, &primitive, &placement, coordinates).map_err(error)?;
         if coordinates.is_some() && vertices.coordinates.is_none() {
             scene.warnings.push(format!(
@@ -167,10 +178,9 @@ fn add_mesh(
                 limit: MAX_TRIANGLES as u64,
             });
         }
-        let mirrored = placement.is_mirrored();
         scene.triangles.reserve(corners.len());
         for [a, b, c] in corners {
-            let corners = if mirrored { [a, c, b] } else { [a, b, c] };
+            let corners = if placement.is_mirrored(a as usize) { [a, c, b] } else { [a, b, c] };
             match vertices.triangle(corners.map(|i| i as usize), material, &mut scene.dropped) {
                 Some(triangle) => scene.triangles.push(triangle),
                 None => scene.dropped.zero_area += 1,
@@ -233,6 +243,11 @@ impl Vertices {
             positions.push(p);
         }
         let count = positions.len();
+        if let Placement::Skinned(all) = placement
+            && all.len() != count
+        {
+            return Err(format!("{count} positions but {} joints", all.len()));
+        }
         let normals = match primitive.get(&Semantic::Normals) {
             Some(accessor) => Some(normals(buffers.vectors::<3>(&accessor)?, placement)?),
             None => None,

@@ -144,16 +144,18 @@ impl Placement {
             return Ok(Self::Rigid(placed.world));
         };
         let bind = match skin.inverse_bind_matrices() {
-            Some(accessor) => buffers.vectors::<16>(&accessor)?,
-            None => vec![],
+            Some(accessor) => Some(buffers.vectors::<16>(&accessor)?),
+            None => None,
         };
         let mut matrices = vec![];
         for (i, joint) in skin.joints().enumerate() {
             let world = worlds.get(&joint.index()).ok_or("a joint of its skin is not in the scene")?;
-            let inverse = match bind.get(i) {
-                Some(m) => DMat4::from_cols_array(&m.map(f64::from)),
-                None if bind.is_empty() => DMat4::IDENTITY,
-                None => return Err("its skin has fewer matrices than joints".into()),
+            let inverse = match &bind {
+                Some(all) => {
+                    let m = all.get(i).ok_or("its skin has fewer matrices than joints")?;
+                    DMat4::from_cols_array(&m.map(f64::from))
+                }
+                None => DMat4::IDENTITY,
             };
             matrices.push(*world * inverse);
         }
@@ -180,17 +182,17 @@ impl Placement {
         Ok(Self::Skinned(all))
     }
 
-    /// What carries vertex `i`; more vertices than the skin has are where the first is.
+    /// What carries vertex `i`.
     pub fn matrix(&self, i: usize) -> DMat4 {
         match self {
             Self::Rigid(world) => *world,
-            Self::Skinned(all) => all.get(i).or(all.first()).copied().unwrap_or(DMat4::IDENTITY),
+            Self::Skinned(all) => all.get(i).copied().unwrap_or(DMat4::IDENTITY),
         }
     }
 
-    /// Whether faces turn over.
-    pub fn is_mirrored(&self) -> bool {
-        self.matrix(0).determinant() < 0.0
+    /// Whether faces turn over where vertex `i` is.
+    pub fn is_mirrored(&self, i: usize) -> bool {
+        self.matrix(i).determinant() < 0.0
     }
 }
 
@@ -206,10 +208,16 @@ mod tests {
         assert_eq!([0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 9.0].map(linear), [0.0, 0.0, 5.0, 10.0, 20.0, 30.0, 30.0]);
         let step = |t| interpolated(&times, &values, Interpolation::Step, false, t).x;
         assert_eq!([1.5, 2.0, 3.9, 4.0].map(step), [0.0, 10.0, 10.0, 30.0]);
-        // A cubic whose tangents are those of a line is the line.
-        let keys = [10.0, 0.0, 10.0, 10.0, 10.0, 10.0, 10.0, 30.0, 10.0].map(DVec4::splat);
+        // A cubic whose tangents are those of a line is the line; those before the first and after the last do not count.
+        let keys = [-7.0, 0.0, 10.0, 10.0, 10.0, 10.0, 10.0, 30.0, 99.0].map(DVec4::splat);
         let cubic = |t| interpolated(&times, &keys, Interpolation::CubicSpline, false, t).x;
         assert!((cubic(1.25) - 2.5).abs() < 1e-12 && (cubic(3.0) - 20.0).abs() < 1e-12);
+        // Out of the first key at slope 6, into the second at 0: ½·0 + ⅛·6 + ½·10 half way.
+        let bent = [0.0, 0.0, 6.0, 0.0, 10.0, -3.0].map(DVec4::splat);
+        let half = interpolated(&[0.0, 1.0], &bent, Interpolation::CubicSpline, false, 0.5).x;
+        assert!((half - 5.75).abs() < 1e-12, "{half}");
+        let alone = interpolated(&[0.5], &bent[..3], Interpolation::CubicSpline, false, 2.0).x;
+        assert_eq!(alone, 0.0);
         let one = interpolated(&[0.5], &[DVec4::ONE], Interpolation::Linear, false, 3.0);
         assert_eq!(one, DVec4::ONE);
         // Half of a quarter turn, though the second quaternion has the other sign.

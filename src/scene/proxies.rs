@@ -17,6 +17,9 @@ const FIT_ROUNDS: u32 = 24;
 /// A body whose box is thinner than this share of its length is ground or wall.
 const FLAT: f32 = 1.0e-3;
 
+/// The largest number of proxies of a scene.
+pub const MAX_PROXIES: usize = 32_768;
+
 /// How well spheres fill the bodies that they were fitted to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
@@ -35,6 +38,9 @@ pub(super) fn from_extras(json: &str, world: &DMat4) -> Result<Vec<(Vec3, f32)>,
         serde_json::from_str(json).map_err(|e| format!("extras are not JSON: {e}"))?;
     let Some(spheres) = value.get("spheres") else { return Ok(vec![]) };
     let wrong = || "extras.spheres is not a list of [x, y, z, radius] with a radius above 0".to_owned();
+    if spheres.as_array().is_some_and(|all| all.len() > MAX_PROXIES) {
+        return Err(format!("extras.spheres has more than {MAX_PROXIES} spheres"));
+    }
     // A node that is scaled unevenly makes ellipsoids: the sphere of the same volume.
     let scale = world.determinant().abs().cbrt();
     let mut read = vec![];
@@ -43,38 +49,76 @@ pub(super) fn from_extras(json: &str, world: &DMat4) -> Result<Vec<(Vec3, f32)>,
             sphere.as_array().and_then(|s| s.iter().map(|x| x.as_f64()).collect());
         let &[x, y, z, radius] = numbers.ok_or_else(wrong)?.as_slice() else { return Err(wrong()) };
         let centre = world.transform_point3(DVec3::new(x, y, z)).as_vec3();
-        let radius = (radius * scale) as f32;
-        if !(centre.is_finite() && radius.is_finite() && radius > 0.0) {
+        let scaled = (radius * scale) as f32;
+        if !(centre.is_finite() && scaled.is_finite() && radius > 0.0) {
             return Err(wrong());
         }
-        read.push((centre, radius));
+        // A node that is scaled to nothing hides its spheres.
+        if scaled > 0.0 {
+            read.push((centre, scaled));
+        }
     }
     Ok(read)
 }
 
 impl Scene {
-    /// Adds a sphere as a proxy of its own; its albedo is that of the surfaces near it.
+    /// Adds a sphere as a proxy of its own; without an albedo it has that of the surfaces near it.
     pub fn add_proxy(&mut self, centre: Vec3, radius: f32, albedo: Option<Vec3>) {
-        let character = self.proxies.iter().map(|p| p.character + 1).max().unwrap_or(0);
+        let character = self.next_character();
         let albedo = albedo.unwrap_or_else(|| self.albedo_near(centre, radius));
         self.proxies.push(Sphere { centre, radius, character, albedo });
     }
 
-    /// Mean diffuse albedo, by area, of the triangles whose middle lies within 1.25 radii of a centre; ½ without any.
+    /// Adds spheres with the character that each belongs to; their albedos are those of the surfaces near them.
+    pub(super) fn add_proxies(&mut self, spheres: &[(Vec3, f32, u32)]) -> Result<(), SceneError> {
+        use rayon::prelude::*;
+        let count = (self.proxies.len() + spheres.len()) as u64;
+        if count > MAX_PROXIES as u64 {
+            return Err(SceneError::TooLarge { what: "spheres".into(), count, limit: MAX_PROXIES as u64 });
+        }
+        let one = |&(centre, radius, character): &(Vec3, f32, u32)| Sphere {
+            centre,
+            radius,
+            character,
+            albedo: self.albedo_near(centre, radius),
+        };
+        let added: Vec<Sphere> = spheres.par_iter().map(one).collect();
+        self.proxies.extend(added);
+        Ok(())
+    }
+
+    fn next_character(&self) -> u32 {
+        self.proxies.iter().map(|p| p.character + 1).max().unwrap_or(0)
+    }
+
+    /// Mean albedo, by area, of the triangles whose middle lies within 1.25 radii of a centre; without any, that of the
+    /// triangle whose middle is nearest.
     fn albedo_near(&self, centre: Vec3, radius: f32) -> Vec3 {
+        let of = |t: &Triangle| {
+            let uv = texture_coordinates(t, 1.0 / 3.0, 1.0 / 3.0);
+            let r = reflectance(&self.materials[t.material as usize], &self.texels, uv);
+            // A glossy body sends its light back too, if not evenly.
+            (r.diffuse + r.specular).min(Vec3::ONE).as_dvec3()
+        };
         let (mut sum, mut area) = (DVec3::ZERO, 0.0);
+        let mut nearest = (f32::INFINITY, None);
         for t in &self.triangles {
             let [a, b, c] = [t.p0, t.p1, t.p2].map(glam::Vec4::truncate);
-            if ((a + b + c) / 3.0).distance_squared(centre) < (1.25 * radius).powi(2) {
+            let squared = ((a + b + c) / 3.0).distance_squared(centre);
+            if squared < (1.25 * radius).powi(2) {
                 let own = f64::from((b - a).cross(c - a).length());
-                let uv = texture_coordinates(t, 1.0 / 3.0, 1.0 / 3.0);
-                let r = reflectance(&self.materials[t.material as usize], &self.texels, uv);
-                // A glossy body sends its light back too, if not evenly.
-                sum += (r.diffuse + r.specular).min(Vec3::ONE).as_dvec3() * own;
+                sum += of(t) * own;
                 area += own;
             }
+            if squared < nearest.0 {
+                nearest = (squared, Some(t));
+            }
         }
-        if area > 0.0 { (sum / area).as_vec3() } else { Vec3::splat(0.5) }
+        if area > 0.0 {
+            (sum / area).as_vec3()
+        } else {
+            nearest.1.map_or(Vec3::splat(0.5), |t| of(t).as_vec3())
+        }
     }
 
     /// Fits `count` spheres to the scene's closed bodies and adds them as one character: cells of a grid that lie inside are
@@ -99,11 +143,9 @@ impl Scene {
         }
         let spheres = divide(&inside, count as usize, edge);
         let error = difference(&inside, &spheres, &bounds, edge);
-        let character = self.proxies.iter().map(|p| p.character + 1).max().unwrap_or(0);
-        for &(centre, radius) in &spheres {
-            let albedo = self.albedo_near(centre, radius);
-            self.proxies.push(Sphere { centre, radius, character, albedo });
-        }
+        let character = self.next_character();
+        let added: Vec<_> = spheres.iter().map(|&(centre, radius)| (centre, radius, character)).collect();
+        self.add_proxies(&added)?;
         Ok(Fit { spheres: spheres.len() as u32, error })
     }
 }
@@ -178,6 +220,7 @@ fn inside(bodies: &[Triangle], bounds: &Bounds, edge: f32) -> Result<Vec<Vec3>, 
 
 /// Divides cells among spheres: each cell to the nearest centre, each centre to the middle of its cells, over and over.
 fn divide(cells: &[Vec3], count: usize, edge: f32) -> Vec<(Vec3, f32)> {
+    use rayon::prelude::*;
     // Begin with cells far from each other.
     let mut centres = vec![cells[0]];
     let mut nearest: Vec<f32> = vec![f32::INFINITY; cells.len()];
@@ -193,13 +236,21 @@ fn divide(cells: &[Vec3], count: usize, edge: f32) -> Vec<(Vec3, f32)> {
         centres.push(cells[farthest]);
     }
     let mut volumes = vec![0u32; centres.len()];
+    let mut owners = vec![];
     for _ in 0..FIT_ROUNDS {
+        let own = |cell: &Vec3| {
+            let nearest = |a: &(usize, f32), b: &(usize, f32)| a.1.total_cmp(&b.1);
+            let distances = centres.iter().map(|c| c.distance_squared(*cell)).enumerate();
+            distances.min_by(nearest).map_or(0, |(i, _)| i)
+        };
+        let now: Vec<usize> = cells.par_iter().map(own).collect();
+        if now == owners {
+            break;
+        }
+        owners = now;
         let mut sums = vec![(DVec3::ZERO, 0u32); centres.len()];
-        for cell in cells {
-            let own = (0..centres.len()).min_by(|&a, &b| {
-                centres[a].distance_squared(*cell).total_cmp(&centres[b].distance_squared(*cell))
-            });
-            let sum = &mut sums[own.unwrap_or(0)];
+        for (cell, &own) in cells.iter().zip(&owners) {
+            let sum = &mut sums[own];
             *sum = (sum.0 + cell.as_dvec3(), sum.1 + 1);
         }
         for (i, (sum, n)) in sums.into_iter().enumerate() {
@@ -215,15 +266,16 @@ fn divide(cells: &[Vec3], count: usize, edge: f32) -> Vec<(Vec3, f32)> {
 
 /// The share of the bodies' volume that bodies and spheres do not have in common.
 fn difference(inside: &[Vec3], spheres: &[(Vec3, f32)], bounds: &Bounds, edge: f32) -> f64 {
+    use rayon::prelude::*;
     let in_sphere = |p: Vec3| spheres.iter().any(|s| p.distance_squared(s.0) <= s.1 * s.1);
-    let missed = inside.iter().filter(|&&p| !in_sphere(p)).count();
+    let missed = inside.par_iter().filter(|&&p| !in_sphere(p)).count();
     let key = |p: Vec3| ((p - bounds.min) / edge).floor().as_ivec3();
     let own: std::collections::HashSet<glam::IVec3> = inside.iter().map(|&p| key(p)).collect();
     let margin = spheres.iter().map(|s| s.1).fold(0.0f32, f32::max);
     let low = key(bounds.min - margin);
     let high = key(bounds.max + margin);
-    let mut beyond = 0usize;
-    for z in low.z..=high.z {
+    let in_layer = |z: i32| {
+        let mut beyond = 0usize;
         for y in low.y..=high.y {
             for x in low.x..=high.x {
                 let cell = glam::IVec3::new(x, y, z);
@@ -231,7 +283,9 @@ fn difference(inside: &[Vec3], spheres: &[(Vec3, f32)], bounds: &Bounds, edge: f
                 beyond += usize::from(!own.contains(&cell) && in_sphere(middle));
             }
         }
-    }
+        beyond
+    };
+    let beyond: usize = (low.z..high.z + 1).into_par_iter().map(in_layer).sum();
     (missed + beyond) as f64 / inside.len().max(1) as f64
 }
 
@@ -279,6 +333,8 @@ mod tests {
         let read = from_extras(r#"{"spheres": [[1, 0, 0, 0.5]], "other": 1}"#, &world).unwrap();
         assert_eq!(read, [(Vec3::new(3.0, 0.0, 0.0), 1.0)]);
         assert_eq!(from_extras(r#"{"name": "x"}"#, &world).unwrap(), []);
+        let hidden = DMat4::from_scale(DVec3::ZERO);
+        assert_eq!(from_extras(r#"{"spheres": [[1, 0, 0, 0.5]]}"#, &hidden).unwrap(), []);
         for bad in [
             "{",
             r#"{"spheres": 1}"#,

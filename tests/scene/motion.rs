@@ -109,6 +109,24 @@ fn skins_carry_vertices_and_spheres() {
 }
 
 #[test]
+fn animations_of_what_is_not_there_are_refused() {
+    let moving = |target: serde_json::Value| {
+        with_numbers(File::new(), &[("SCALAR", &[0.0, 1.0]), ("VEC3", &[0.0; 6])]).set(
+            "/animations",
+            json!([{"channels": [{"sampler": 0, "target": target}], "samplers": [{"input": 4, "output": 5}]}]),
+        )
+    };
+    for (target, word) in [
+        (json!({"node": 99, "path": "translation"}), "node 99"),
+        (json!({"node": 0, "path": "pointer"}), "neither"),
+    ] {
+        let message = moving(target).open().unwrap_err().to_string();
+        assert!(message.contains(word), "{message}");
+    }
+    assert!(moving(json!({"node": 0, "path": "translation"})).open().is_ok(), "negative control");
+}
+
+#[test]
 fn spheres_of_extras_that_make_no_sense_are_refused() {
     for spheres in [json!([[0, 0, 0, -1]]), json!([[0, 0, 0]]), json!(3), json!([["a", 0, 0, 1]])] {
         let file = File::new().set("/nodes/0", json!({"mesh": 0, "extras": {"spheres": spheres}}));

@@ -91,3 +91,17 @@ fn work_follows_what_proxies_reach() {
     more.proxies.extend((0..400).map(|i| sphere(v(i as f32, 500.0, 0.0), 0.5, 0.5)));
     assert_eq!(pairs(2.0, &more).pairs, short.pairs);
 }
+
+#[test]
+fn light_that_reaches_farther_than_shadow_is_not_cut() {
+    let s = Scene::open("spheres").unwrap();
+    let view = view(&s.view(), 64, 48);
+    let lit = |shadow_reach| {
+        let settings = SoftGi { shadow_reach: Some(shadow_reach), light_reach: 12.0, ..fine() };
+        let sent = dumps(&s, &view, &settings, &["indirect"]).remove(0);
+        sent.pixels.iter().filter(|p| p.max_element() > 1e-4).count()
+    };
+    let (short, long) = (lit(1.5), lit(30.0));
+    println!("receivers with reflected light: {short} and {long}");
+    assert!(short > 200 && short as f32 > 0.98 * long as f32);
+}

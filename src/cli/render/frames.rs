@@ -1,6 +1,6 @@
 //! `twinlight render --frames`: one picture for each moment of an animation.
 
-use super::{RenderArguments, one};
+use super::{RenderArguments, Session, one};
 use crate::cli::{Failure, print_out};
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -10,6 +10,9 @@ use std::time::Instant;
 pub(super) fn run(a: &RenderArguments, (first, last): (u32, u32)) -> Result<(), Failure> {
     if !(a.fps > 0.0 && a.fps <= 1.0e6) {
         return Err(Failure::Request(format!("--fps {}: give a number from above 0 to 1e6", a.fps)));
+    }
+    if a.against.is_some() {
+        return Err(Failure::Request("--against: for one picture; leave out --frames".into()));
     }
     if a.json {
         return Err(Failure::Request("--json: for one picture; leave out --frames".into()));
@@ -28,6 +31,7 @@ pub(super) fn run(a: &RenderArguments, (first, last): (u32, u32)) -> Result<(), 
         Failure::Work(format!("cannot make the folder {}: {e}; give another with -o", folder.display()))
     })?;
     let quiet = RenderArguments { quiet: true, ..a.clone() };
+    let mut session = Session::default();
     let begun = Instant::now();
     for frame in first..=last {
         if !a.quiet && std::io::stderr().is_terminal() {
@@ -36,7 +40,7 @@ pub(super) fn run(a: &RenderArguments, (first, last): (u32, u32)) -> Result<(), 
         let path = folder.join(format!("{frame:04}.png"));
         // The first frame tells its notes and passes; the others are like it.
         let own = if frame == first { a } else { &quiet };
-        one(own, f64::from(frame) / a.fps, Some(&path))?;
+        one(own, f64::from(frame) / a.fps, Some(&path), &mut session)?;
     }
     if !a.quiet {
         let count = last - first + 1;

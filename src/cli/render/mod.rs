@@ -6,10 +6,11 @@ mod passes;
 mod path_traced;
 
 use super::Failure;
-use super::options::{BackendOptions, SceneOptions, build_tree};
+use super::options::{BackendOptions, Kept, SceneOptions, build_tree};
 use super::soft_gi::SoftGiOptions;
 use super::visibility_filter::VisibilityFilterOptions;
 use super::voxel_cones::VoxelConesOptions;
+use crate::backend::Gpu;
 use crate::picture::Picture;
 use crate::scene::Scene;
 use crate::technique::reference::Bounces;
@@ -160,13 +161,25 @@ pub(crate) fn run(a: &RenderArguments) -> Result<(), Failure> {
     }
     match a.frames {
         Some(frames) => frames::run(a, frames),
-        None => one(a, 0.0, a.output.as_deref()),
+        None => one(a, 0.0, a.output.as_deref(), &mut Session::default()),
     }
 }
 
+/// What frames share.
+#[derive(Default)]
+struct Session {
+    kept: Kept,
+    gpu: Option<Gpu>,
+}
+
 /// Renders the scene at a moment.
-fn one(a: &RenderArguments, seconds: f64, output: Option<&Path>) -> Result<(), Failure> {
-    let (scene, view) = a.scene.open(seconds)?;
+fn one(
+    a: &RenderArguments,
+    seconds: f64,
+    output: Option<&Path>,
+    session: &mut Session,
+) -> Result<(), Failure> {
+    let (scene, view) = a.scene.open_at(seconds, &mut session.kept)?;
     let technique = if a.technique == Technique::Auto { choose(a, &scene) } else { a.technique };
     check_request(a, technique)?;
     let output = output.map_or_else(|| PathBuf::from(format!("{}.png", scene.name)), Path::to_owned);
@@ -191,7 +204,7 @@ fn one(a: &RenderArguments, seconds: f64, output: Option<&Path>) -> Result<(), F
     let tree = cpu.install(|| build_tree(&scene))?;
     let mut outcome = match technique {
         Technique::Reference => cpu.install(|| path_traced::run(a, &scene, &tree, &view)),
-        _ => passes::run(a, technique, cpu, &scene, &tree, &view),
+        _ => passes::run(a, technique, cpu, &mut session.gpu, &scene, &tree, &view),
     }?;
     if let Some(reference) = reference {
         note_error(&mut outcome, &reference);

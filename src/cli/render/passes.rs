@@ -1,7 +1,7 @@
 //! `twinlight render` by a technique of passes, on either backend.
 
 use super::{Machine, Only, Outcome, RenderArguments, Technique};
-use crate::backend::{Backend, Cpu};
+use crate::backend::{Backend, Cpu, Gpu};
 use crate::cli::options::ArithmeticChoice;
 use crate::cli::{Failure, table};
 use crate::scene::{Scene, bvh::Bvh};
@@ -15,6 +15,7 @@ pub(super) fn run(
     a: &RenderArguments,
     technique: Technique,
     mut cpu: Cpu,
+    opened: &mut Option<Gpu>,
     scene: &Scene,
     tree: &Bvh,
     view: &View,
@@ -30,9 +31,12 @@ pub(super) fn run(
         }
     };
     if gpu {
-        let mut gpu = a.backend.gpu(ArithmeticChoice::Fast)?;
+        let gpu = match opened {
+            Some(gpu) => gpu,
+            None => opened.insert(a.backend.gpu(ArithmeticChoice::Fast)?),
+        };
         let name = format!("gpu, {}, {:?}", twinlight_gpu::describe(gpu.adapter()), gpu.variant());
-        draw(a, technique, &mut gpu, scene, tree, view, &name)
+        draw(a, technique, gpu, scene, tree, view, &name)
     } else {
         let name = format!("cpu, {} threads", cpu.threads());
         draw(a, technique, &mut cpu, scene, tree, view, &name)
@@ -126,7 +130,7 @@ fn note_missing<B: Backend>(a: &RenderArguments, world: &World<B>, around: &soft
         return;
     }
     if !world.has_environment {
-        eprintln!("note: no light from the surroundings; give --sky or --environment");
+        eprintln!("note: no light from the surroundings; give --sky, --daylight or --environment");
     }
     if around.proxies.is_empty() {
         eprintln!("note: the scene has no spherical proxies; give --sphere or --fit-spheres");

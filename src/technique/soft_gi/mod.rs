@@ -18,6 +18,7 @@ use crate::backend::{Backend, BackendError};
 use crate::error::SettingsError;
 use crate::picture::Picture;
 use crate::primitives::exclusive_scan;
+use crate::scene::MAX_PROXIES;
 use glam::{Vec3, Vec4};
 use twinlight_kernels::passes::elements::{ShVector, SoftParams, SphereProxy};
 use twinlight_kernels::passes::soft_gi;
@@ -105,9 +106,6 @@ pub fn render<B: Backend>(
     Ok((seen.finish(picture, timings), counts))
 }
 
-/// The largest number of proxies: tiles walk through all of them.
-pub const MAX_PROXIES: usize = 32_768;
-
 fn params(surroundings: &Surroundings, job: &Job, settings: &SoftGi, width: u32, height: u32) -> SoftParams {
     SoftParams {
         width,
@@ -159,7 +157,9 @@ fn cull<B: Backend>(
     if total > MAX_PAIRS {
         return Err(BackendError::Settings(SettingsError {
             knob: "shadow-reach",
-            reason: format!("{total} proxies in all tiles together are over {MAX_PAIRS}; lower it"),
+            reason: format!(
+                "{total} proxies in all tiles together are over {MAX_PAIRS}; lower it and --light-reach"
+            ),
         }));
     }
     let mut lists = backend.alloc("tile lists", (total as usize).max(1))?;

@@ -3,6 +3,7 @@
 //! Everything about a cap around +z is zonal: the product with it keeps m, so that its logarithm is a matter of one block of as many
 //! rows as there are bands.
 
+use std::sync::OnceLock;
 use twinlight_kernels::sh::EXACT_OPERATOR_WORDS;
 
 /// Rows of the tables.
@@ -55,10 +56,12 @@ fn zonal_basis(l: usize, x: f64) -> f64 {
 
 /// The product with a zonal function, on zonal functions: M_ij = Σ_k Γ_ijk g_k.
 fn product_matrix(g: &[f64]) -> Matrix {
+    static NODES: OnceLock<Vec<(f64, f64)>> = OnceLock::new();
     let n = g.len();
-    let nodes = gauss_legendre(2 * n);
+    // Exact to degree 23: three functions of degree 4 have 12.
+    let nodes = NODES.get_or_init(|| gauss_legendre(12));
     let mut m = vec![vec![0.0; n]; n];
-    for (x, w) in nodes {
+    for &(x, w) in nodes {
         let y: Vec<f64> = (0..n).map(|l| zonal_basis(l, x)).collect();
         let value: f64 = (0..n).map(|l| g[l] * y[l]).sum();
         for i in 0..n {
@@ -75,6 +78,10 @@ fn eigen(mut a: Matrix) -> (Vec<f64>, Matrix) {
     let n = a.len();
     let mut v: Matrix = (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect();
     for _ in 0..60 {
+        let off: f64 = (0..n).map(|p| a[p][p + 1..].iter().map(|x| x * x).sum::<f64>()).sum();
+        if off < 1e-34 {
+            break;
+        }
         for p in 0..n {
             for q in p + 1..n {
                 if a[p][q].abs() < 1e-300 {

@@ -95,19 +95,23 @@ pub fn accumulate_indirect(
     let (first, count) = (starts[tile as usize], counts[tile as usize]);
     let (p, n) = (s.position.truncate(), s.normal.truncate());
     let least = sh::influence_key(params.light_reach);
+    let least_shadow = sh::influence_key(params.shadow_reach);
     let mut sum = Vec4::ZERO;
     for k in 0..count {
         let proxy = &proxies[lists[(first + k) as usize] as usize];
         let b = sh::blocker(proxy.sphere.truncate(), proxy.sphere.w, p, n);
-        let weight = b.weight * sh::influence_weight(sh::occlusion_key(b.alpha), least, 2.0);
-        if weight > 0.0 {
+        let u = sh::occlusion_key(b.alpha);
+        let weight = b.weight * sh::influence_weight(u, least, 2.0);
+        // ξ compares solid angles with what shadows: the same proxies must count in both.
+        let shadows = b.weight * sh::influence_weight(u, least_shadow, 2.0);
+        if weight > 0.0 || shadows > 0.0 {
             let cap = sh::cap::<3>(b.alpha);
             let sent = if params.operator == EXACT {
                 exact(params, &light, &b, n, table)
             } else {
                 averaged(params, &light, &b, &cap, n)
             };
-            sum += (proxy.albedo.truncate() * sent).extend(UNIT * cap[0]) * weight;
+            sum += (proxy.albedo.truncate() * sent * weight).extend(UNIT * cap[0] * shadows);
         }
     }
     sum

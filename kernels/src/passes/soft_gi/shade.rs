@@ -58,7 +58,8 @@ pub fn shade_shadowed(
 /// exponentials of very many proxies say more.
 #[inline]
 pub fn overlap_share(covered: f32, solid_angle: f32) -> f32 {
-    if solid_angle > 1.0e-12 { saturate(div(min(covered, 0.5 * UNIT) * UNIT, solid_angle)) } else { 1.0 }
+    // Of less than 10⁻⁴ sr little is known but that it does not overlap.
+    if solid_angle > 1.0e-4 { saturate(div(min(covered, 0.5 * UNIT) * UNIT, solid_angle)) } else { 1.0 }
 }
 
 /// Returns the light that arrives at receiver `index`, irradiance/π: what passes the proxies and what they reflect, as
