@@ -5,7 +5,7 @@ use crate::backend::{Arithmetic, Cpu, Gpu, GpuOptions};
 use crate::scene::light::{
     default_light, parse_daylight, parse_point, parse_sky, parse_sphere, parse_spot, parse_sun, parse_vector,
 };
-use crate::scene::{Camera, Environment, Scene, Sphere, bvh::Bvh};
+use crate::scene::{Camera, Carried, Environment, Scene, bvh::Bvh};
 use crate::technique::View;
 use clap::{Args, ValueEnum};
 use glam::{Vec3, Vec4};
@@ -81,7 +81,7 @@ pub(crate) struct Kept {
     camera: Option<Camera>,
     target: Option<Vec3>,
     light: Option<Light>,
-    fitted: Option<Vec<Sphere>>,
+    fitted: Option<Carried>,
 }
 
 /// Where and how to compute.
@@ -175,11 +175,11 @@ impl SceneOptions {
             scene.add_proxy(centre, radius, albedo);
         }
         if let Some(fitted) = &kept.fitted {
-            scene.proxies.extend(fitted);
+            scene.proxies.extend(fitted.in_pose(scene));
         } else if let Some(count) = self.fit_spheres {
             let own = scene.proxies.len();
             let fit = scene.fit_proxies(count)?;
-            kept.fitted = Some(scene.proxies[own..].to_vec());
+            kept.fitted = Some(Carried::new(scene, &scene.proxies[own..]));
             scene.warnings.push(format!(
                 "{} spheres fitted: they and the meshes differ by {:.1} % of the meshes' volume",
                 fit.spheres,

@@ -21,7 +21,7 @@ pub use bounds::Bounds;
 pub use camera::{Camera, CameraFrame};
 pub use daylight::daylight;
 pub use environment::{Environment, EnvironmentMap};
-pub use proxies::{Fit, MAX_PROXIES};
+pub use proxies::{Carried, Fit, MAX_PROXIES};
 
 use crate::error::SceneError;
 use glam::Vec3;

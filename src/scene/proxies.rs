@@ -104,7 +104,7 @@ impl Scene {
         let mut nearest = (f32::INFINITY, None);
         for t in &self.triangles {
             let [a, b, c] = [t.p0, t.p1, t.p2].map(glam::Vec4::truncate);
-            let squared = ((a + b + c) / 3.0).distance_squared(centre);
+            let squared = middle(t).distance_squared(centre);
             if squared < (1.25 * radius).powi(2) {
                 let own = f64::from((b - a).cross(c - a).length());
                 sum += of(t) * own;
@@ -148,6 +148,58 @@ impl Scene {
         self.add_proxies(&added)?;
         Ok(Fit { spheres: spheres.len() as u32, error })
     }
+}
+
+/// Fitted spheres that go with the surfaces near them.
+#[derive(Clone, Debug)]
+pub struct Carried {
+    spheres: Vec<Sphere>,
+    /// The triangles near each, and the mean of their middles where they were fitted.
+    near: Vec<(Vec<u32>, Vec3)>,
+    triangles: usize,
+}
+
+impl Carried {
+    /// Binds spheres to the triangles of the scene that they were fitted in.
+    pub fn new(scene: &Scene, spheres: &[Sphere]) -> Self {
+        use rayon::prelude::*;
+        let near = |s: &Sphere| {
+            let own = |factor: f32| -> Vec<u32> {
+                let close = |t: &Triangle| middle(t).distance_squared(s.centre) < (factor * s.radius).powi(2);
+                (0..scene.triangles.len() as u32).filter(|&i| close(&scene.triangles[i as usize])).collect()
+            };
+            // Farther out for a sphere well inside.
+            let all = [1.25, 2.5, 5.0].into_iter().map(own).find(|all| !all.is_empty()).unwrap_or_default();
+            let mean = mean_middle(scene, &all);
+            (all, mean)
+        };
+        Self {
+            spheres: spheres.to_vec(),
+            near: spheres.par_iter().map(near).collect(),
+            triangles: scene.triangles.len(),
+        }
+    }
+
+    /// The spheres in another pose of the scene: each moved as the mean of the surfaces near it. Where they were if the
+    /// scene has other triangles.
+    pub fn in_pose(&self, scene: &Scene) -> Vec<Sphere> {
+        let same = scene.triangles.len() == self.triangles;
+        let moved = |(s, (near, before)): (&Sphere, &(Vec<u32>, Vec3))| {
+            let by = if same && !near.is_empty() { mean_middle(scene, near) - *before } else { Vec3::ZERO };
+            Sphere { centre: s.centre + by, ..*s }
+        };
+        self.spheres.iter().zip(&self.near).map(moved).collect()
+    }
+}
+
+fn middle(t: &Triangle) -> Vec3 {
+    (t.p0 + t.p1 + t.p2).truncate() / 3.0
+}
+
+/// Mean of triangles' middles.
+fn mean_middle(scene: &Scene, triangles: &[u32]) -> Vec3 {
+    let sum: DVec3 = triangles.iter().map(|&i| middle(&scene.triangles[i as usize]).as_dvec3()).sum();
+    (sum / triangles.len().max(1) as f64).as_vec3()
 }
 
 /// The triangles of all connected parts that are not flat.
@@ -310,6 +362,33 @@ mod tests {
         assert!(worse.error > fit.error, "negative control: fewer spheres fit as well");
         let red = s.proxies.iter().filter(|p| p.centre.x < -3.0).map(|p| p.albedo.x).fold(1.0, f32::min);
         assert!(red > 0.6, "albedo of the surfaces near: {red}");
+    }
+
+    #[test]
+    fn fitted_spheres_go_with_their_bodies() {
+        let mut s = Scene::open("spheres").unwrap();
+        s.proxies.clear();
+        s.fit_proxies(40).unwrap();
+        let carried = Carried::new(&s, &s.proxies);
+        assert_eq!(carried.in_pose(&s), s.proxies);
+        let later = Scene::open_at("spheres", 0.6).unwrap();
+        let moved = carried.in_pose(&later);
+        // Each stays as near to one of the scene's own spheres as it was.
+        let nearest = |at: Vec3, all: &[Sphere]| {
+            all.iter().map(|p| p.centre.distance(at)).fold(f32::INFINITY, f32::min)
+        };
+        let own = Scene::open("spheres").unwrap().proxies;
+        let worst = |spheres: &[Sphere], all: &[Sphere]| {
+            spheres.iter().map(|p| nearest(p.centre, all)).fold(0.0f32, f32::max)
+        };
+        let (before, after) = (worst(&s.proxies, &own), worst(&moved, &later.proxies));
+        let left_behind = worst(&s.proxies, &later.proxies);
+        println!(
+            "farthest from a sphere: {before:.3}, in the other pose {after:.3}, unmoved {left_behind:.3}"
+        );
+        assert!(after < before + 0.2 && left_behind > after + 0.15);
+        let other = Scene::open("cornell-box").unwrap();
+        assert_eq!(carried.in_pose(&other), s.proxies);
     }
 
     #[test]

@@ -181,7 +181,14 @@ fn odd_scenes_and_settings_are_finite() {
         for settings in [
             VoxelCones { resolution: 8, ..small() },
             VoxelCones { voxelisation: Voxelisation::Thin, half_angle: Some(85.0), ..small() },
-            VoxelCones { half_angle: Some(0.5), step: 1.0 / 64.0, resolution: 16, cones: 1, ..small() },
+            VoxelCones {
+                half_angle: Some(0.5),
+                step: 1.0 / 64.0,
+                resolution: 16,
+                cones: 1,
+                bounce_cones: 2,
+                ..small()
+            },
             VoxelCones { start: 0.0, clearance: 0.0, cutoff: 0.5, width: 4.0, step: 64.0, ..small() },
         ] {
             let dumps = DUMPS.iter().map(|d| (*d).to_owned()).collect();

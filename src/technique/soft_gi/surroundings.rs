@@ -2,7 +2,7 @@
 
 use super::SoftGi;
 use crate::scene::{Environment, EnvironmentMap, Scene};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Mat3, Vec3};
 use twinlight_kernels::passes::elements::{ShVector, SphereProxy, Vec4};
 use twinlight_kernels::sh;
 
@@ -38,6 +38,11 @@ impl Surroundings {
         let count = (order * order) as usize;
         let of = |c: usize| -> f32 { (0..count).map(|i| self.radiance[c][i] * basis[i]).sum() };
         Vec3::new(of(0), of(1), of(2))
+    }
+
+    /// The same with its light turned: what was seen along d is seen along `rotation`·d.
+    pub fn turned(&self, rotation: &Mat3) -> Self {
+        Self { radiance: self.radiance.map(|c| sh::rotate(rotation, &c)), ..self.clone() }
     }
 
     /// The light as a map of radiances, negative ones 0: what a path tracer needs to see the same light.
@@ -162,6 +167,21 @@ mod tests {
         println!("worst {worst:e}");
         assert!(worst < 3e-3, "{worst}");
         assert!((s.seen(1, Vec3::X) - function(Vec3::X)).abs().max_element() > 0.1, "negative control");
+    }
+
+    #[test]
+    fn light_turns() {
+        let map =
+            EnvironmentMap::from_directions(64, 32, |d| Vec3::new(d.x.max(0.0), d.y.powi(2), 1.0 + d.z));
+        let s = Surroundings::new(&scene(Environment::Map(map.unwrap())));
+        let rotation = Mat3::from_rotation_y(0.8) * Mat3::from_rotation_x(0.3);
+        let turned = s.turned(&rotation);
+        for i in 0..100 {
+            let d = fibonacci(i, 100);
+            let (got, right) = (turned.seen(5, rotation * d), s.seen(5, d));
+            assert!((got - right).abs().max_element() < 1e-5, "{got} for {right}");
+            assert!(s.seen(5, rotation * d) != right, "negative control");
+        }
     }
 
     #[test]
