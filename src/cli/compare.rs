@@ -1,13 +1,14 @@
 //! `twinlight compare`: do both backends agree, pass by pass?
 
+use super::knobs::Knobs;
 use super::options::{ArithmeticChoice, BackendOptions, SceneOptions, build_tree};
-use super::soft_gi::SoftGiOptions;
-use super::visibility_filter::VisibilityFilterOptions;
-use super::voxel_cones::VoxelConesOptions;
 use super::{Failure, print_out};
 use crate::backend::{Arithmetic, PairBackend};
 use crate::report::agreement::Agreement;
-use crate::technique::{Job, World, ambient_occlusion, direct, soft_gi, visibility_filter, voxel_cones};
+use crate::technique::layered_rsm::{self, LayeredRsm};
+use crate::technique::{
+    Job, LightPart, World, ambient_occlusion, direct, soft_gi, visibility_filter, voxel_cones,
+};
 use clap::Args;
 use serde_json::json;
 
@@ -18,11 +19,7 @@ pub(crate) struct CompareArguments {
     #[command(flatten)]
     backend: BackendOptions,
     #[command(flatten)]
-    filter: VisibilityFilterOptions,
-    #[command(flatten)]
-    cones: VoxelConesOptions,
-    #[command(flatten)]
-    soft: SoftGiOptions,
+    knobs: Knobs,
     /// Rays per pixel for the sky, emissive surfaces and occlusion
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=65_536))]
     samples: u32,
@@ -35,9 +32,7 @@ pub(crate) struct CompareArguments {
 }
 
 pub(crate) fn run(a: &CompareArguments) -> Result<(), Failure> {
-    let settings = a.filter.settings()?;
-    let cones = a.cones.settings()?;
-    let soft = a.soft.settings()?;
+    a.knobs.check_all()?;
     let (scene, view) = a.scene.open()?;
     let cpu = a.backend.cpu()?;
     let tree = cpu.install(|| build_tree(&scene))?;
@@ -51,10 +46,15 @@ pub(crate) fn run(a: &CompareArguments) -> Result<(), Failure> {
     let job = Job { rays: a.samples, seed: a.seed, ..Job::default() };
     direct::render(&mut pair, &world, &view, &job)?;
     let with_discs = Job { dumps: vec!["proxies".into()], ..job.clone() };
-    visibility_filter::render(&mut pair, &world, &view, &with_discs, &settings)?;
-    voxel_cones::render(&mut pair, &world, &view, &job, &cones)?;
+    visibility_filter::render(&mut pair, &world, &view, &with_discs, &a.knobs.visibility_filter())?;
+    voxel_cones::render(&mut pair, &world, &view, &job, &a.knobs.voxel_cones())?;
     let around = soft_gi::Surroundings::new(&scene);
-    soft_gi::render(&mut pair, &world, &around, &view, &job, &soft)?;
+    soft_gi::render(&mut pair, &world, &around, &view, &job, &a.knobs.soft_gi())?;
+    let layered = a.knobs.layered_rsm();
+    layered_rsm::render(&mut pair, &world, &view, &job, &layered)?;
+    let soft_shadows = LayeredRsm { shadow_cones: true, ..layered };
+    let direct_only = Job { light: LightPart::Direct, ..job.clone() };
+    layered_rsm::render(&mut pair, &world, &view, &direct_only, &soft_shadows)?;
     ambient_occlusion::render(&mut pair, &world, &view, &job)?;
     let agreements = pair.take_agreements();
     let holds = |x: &Agreement| if strict { x.is_exact() } else { x.is_tolerable() };

@@ -2,12 +2,10 @@
 
 mod compare;
 mod devices;
+mod knobs;
 mod options;
 mod render;
-mod soft_gi;
 mod table;
-mod visibility_filter;
-mod voxel_cones;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;

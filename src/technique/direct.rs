@@ -93,6 +93,21 @@ fn radiance<B: Backend>(
             std::mem::swap(&mut sum, &mut next);
         }
     }
+    with_surroundings(backend, world, g, job, sum, surroundings, seen)
+}
+
+/// `sum`, the light of point, spot and sun lights, and what surroundings, emission and background add to it.
+pub(super) fn with_surroundings<B: Backend>(
+    backend: &mut B,
+    world: &World<B>,
+    g: &GBuffer<B>,
+    job: &Job,
+    mut sum: B::Buffer<Vec4>,
+    surroundings: bool,
+    seen: &mut Inspection<'_>,
+) -> Result<B::Buffer<Vec4>, BackendError> {
+    let count = g.count();
+    let mut next = backend.alloc("radiance", count as usize)?;
     if surroundings || world.emits {
         let dark = GatherParams { environment: Vec4::ZERO, map: UVec4::ZERO, ..world.environment };
         let params = GatherParams {

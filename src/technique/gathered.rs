@@ -1,10 +1,81 @@
 //! How does light that was gathered at coarse pixels reach the picture's?
 
-use super::View;
-use super::gbuffer::GBuffer;
+use super::gbuffer::{GBuffer, bands};
+use super::{Inspection, Job, LightPart, View, World};
 use crate::backend::{Backend, BackendError};
-use glam::Vec4;
+use crate::error::SettingsError;
+use crate::picture::Picture;
+use glam::{Vec3, Vec4};
 use twinlight_kernels::passes::elements::{Surface, UpsampleParams};
+
+/// The largest number of pixels at which light is gathered.
+pub const MAX_PIXELS: u64 = 1 << 20;
+
+/// Half of a picture's sides, or less where that would be too many pixels; or what is asked for.
+pub(super) fn illumination_size(asked: Option<(u32, u32)>, width: u32, height: u32) -> (u32, u32) {
+    asked.unwrap_or_else(|| {
+        let (mut w, mut h) = (width.div_ceil(2), height.div_ceil(2));
+        while u64::from(w) * u64::from(h) > MAX_PIXELS {
+            (w, h) = (w.div_ceil(2), h.div_ceil(2));
+        }
+        (w, h)
+    })
+}
+
+/// Refuses numbers of pixels that cannot be gathered at.
+pub(super) fn check_illumination(
+    asked: Option<(u32, u32)>,
+    width: u32,
+    height: u32,
+) -> Result<(), SettingsError> {
+    let (w, h) = illumination_size(asked, width, height);
+    let pixels = u64::from(w) * u64::from(h);
+    if pixels == 0 || pixels > MAX_PIXELS {
+        let reason = format!("{w}x{h} is not from 1 to {MAX_PIXELS} pixels");
+        return Err(SettingsError { knob: "illumination", reason });
+    }
+    Ok(())
+}
+
+/// A picture of direct light, by `direct`, unless only indirect is asked for, and of the gathered light if there is any.
+pub(super) fn picture<B: Backend>(
+    backend: &mut B,
+    world: &World<B>,
+    gathered: Option<&Gathered<B>>,
+    view: &View,
+    job: &Job,
+    seen: &mut Inspection<'_>,
+    mut direct: impl FnMut(&mut B, &GBuffer<B>, &mut Inspection<'_>) -> Result<B::Buffer<Vec4>, BackendError>,
+) -> Result<Picture, BackendError> {
+    let mut picture = Picture::new(view.width, view.height);
+    // Techniques that know it at their own pixels have kept it.
+    let wants_indirect = seen.wants("indirect") && !seen.has("indirect");
+    for band in bands(view) {
+        backend.set_stage("direct");
+        let g = GBuffer::trace(backend, world, view, band.clone(), seen)?;
+        let count = g.count() as usize;
+        let mut sum = if job.light == LightPart::Indirect {
+            backend.alloc("radiance", count)?
+        } else {
+            direct(backend, &g, seen)?
+        };
+        if let Some(gathered) = gathered {
+            backend.set_stage("upsampling");
+            if wants_indirect {
+                let nothing = backend.alloc("radiance", count)?;
+                let indirect = gathered.add_to(backend, view, &g, nothing)?;
+                seen.dump(backend, "indirect", &indirect, band.start, |v: &Vec4| v.truncate())?;
+            }
+            sum = gathered.add_to(backend, view, &g, sum)?;
+            seen.check(backend, "radiance", &sum)?;
+        }
+        let values = backend.download(&sum)?;
+        for (pixel, value) in picture.pixels[band.start as usize..].iter_mut().zip(values) {
+            *pixel = value.truncate();
+        }
+    }
+    Ok(picture)
+}
 
 /// Light gathered at the illumination's pixels.
 pub struct Gathered<B: Backend> {
@@ -21,6 +92,26 @@ pub struct Gathered<B: Backend> {
 }
 
 impl<B: Backend> Gathered<B> {
+    /// Keeps pictures of the light by cones, if they are asked for: `diffuse`, `specular`, and the openness as `ao`.
+    pub(super) fn keep(&self, backend: &mut B, seen: &mut Inspection<'_>) -> Result<(), BackendError> {
+        let (width, height) = (self.width, self.height);
+        let picture = |light: &[Vec4], colour: fn(Vec4) -> Vec3| Picture {
+            width,
+            height,
+            pixels: light.iter().map(|&v| colour(v)).collect(),
+        };
+        if seen.wants("diffuse") || seen.wants("ao") {
+            let light = backend.download(&self.diffuse)?;
+            seen.keep("diffuse", || picture(&light, Vec4::truncate));
+            seen.keep("ao", || picture(&light, |v| Vec3::splat(v.w)));
+        }
+        if let Some(specular) = self.specular.as_ref().filter(|_| seen.wants("specular")) {
+            let light = backend.download(specular)?;
+            seen.keep("specular", || picture(&light, Vec4::truncate));
+        }
+        Ok(())
+    }
+
     /// `sum` plus what the band's surfaces reflect of the gathered light.
     pub fn add_to(
         &self,

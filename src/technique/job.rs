@@ -125,9 +125,26 @@ impl<'a> Inspection<'a> {
         Ok(())
     }
 
+    /// Keeps a band of grey values, if there are any and the picture was asked for.
+    pub fn keep_band(&mut self, name: &str, first_pixel: u32, values: &[f32]) {
+        if values.is_empty() || !self.wants(name) {
+            return;
+        }
+        let (width, height) = (self.width, self.height);
+        let picture = self.dumps.entry(name.to_owned()).or_insert_with(|| Picture::new(width, height));
+        for (pixel, &value) in picture.pixels[first_pixel as usize..].iter_mut().zip(values) {
+            *pixel = glam::Vec3::splat(value);
+        }
+    }
+
     /// Whether a buffer is asked for as a picture.
     pub fn wants(&self, name: &str) -> bool {
         !self.muted && self.job.dumps.iter().any(|d| d == name)
+    }
+
+    /// Whether a picture of this name is kept already.
+    pub fn has(&self, name: &str) -> bool {
+        self.dumps.contains_key(name)
     }
 
     /// Keeps a picture of its own size, if it was asked for.

@@ -6,6 +6,9 @@ use crate::geometry::bvh::{BvhNode, Hit, TriangleBlock};
 use crate::passes::evaluate::{EvaluateParams, Evaluation};
 use crate::passes::evaluate_sh::ShVector;
 use crate::passes::gather::GatherParams;
+use crate::passes::layered_rsm::lookup::LayeredMap;
+use crate::passes::layered_rsm::reflect::{ReflectParams, ReflectiveTexel};
+use crate::passes::layered_rsm::voxels::ShrinkParams;
 use crate::passes::light::LightParams;
 use crate::passes::light_map::LightMapParams;
 use crate::passes::scene::{Light, Material, Triangle};
@@ -121,8 +124,15 @@ layout_words! {
     PhotonParams { lower, inverse_edge, depth, first, light, projection, size, spread, scale }
     ConeParams {
         lower, eye, environment, map, inverse_edge, depth, cones, tangent, width, step, start, clearance, cutoff,
-        falloff, reach, radiance_unit, flags, first, radiance_scale, lobes
+        falloff, reach, radiance_unit, flags, first, radiance_scale, lobes, maps, light, extent, pad0
     }
+    LayeredMap {
+        origin, right, down, forward, projection, size, level, first, depth_layers, normal_layers, format, flags, texel,
+        near, thickness, overlap, window, footprint, least_level, deviation
+    }
+    ReflectParams { light, radiance_scale, pad0, pad1 }
+    ReflectiveTexel { radiance, normal, depth, cosine }
+    ShrinkParams { depth, level, mean, pad }
     SphereProxy { sphere, albedo }
     SoftParams {
         width, height, tile, tiles_x, proxies, order, exponential, terms, tau, shadow_reach, light_reach, operator,

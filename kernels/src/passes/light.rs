@@ -128,6 +128,24 @@ pub fn shadow_ray(light: &Light, origin: Vec3, direction: Vec3) -> Ray {
     }
 }
 
+/// The irradiance of a surface by a light that it sees.
+#[inline]
+pub(super) fn irradiance_on(light: &Light, s: &Surface) -> Vec3 {
+    let incident = incident_light(light, s.position.truncate());
+    incident.irradiance * max(0.0, dot(incident.direction, s.normal.truncate()))
+}
+
+/// What a lobe of this exponent (w) reflects of a light that the surface sees toward the eye, for a specular colour of 1.
+#[inline]
+pub(super) fn lobe_radiance(light: &Light, s: &Surface, exponent: f32, eye: Vec3) -> Vec3 {
+    let (position, normal) = (s.position.truncate(), s.normal.truncate());
+    let to_viewer = normalize_or(eye - position, normal);
+    let incident = incident_light(light, position);
+    let reflected = phong_lobe(normal, to_viewer, incident.direction, exponent);
+    let cosine = max(0.0, dot(incident.direction, normal));
+    incident.irradiance * (cosine * reflected)
+}
+
 /// Returns `previous` plus the radiance that pixel `index` reflects diffusely from the visible lights of this run.
 #[inline]
 pub fn shade_diffuse(
@@ -143,8 +161,7 @@ pub fn shade_diffuse(
     let mut irradiance = Vec3::ZERO;
     for i in 0..params.light_count {
         if visible & (1 << i) != 0 {
-            let incident = incident_light(&lights[(params.first_light + i) as usize], s.position.truncate());
-            irradiance += incident.irradiance * max(0.0, dot(incident.direction, s.normal.truncate()));
+            irradiance += irradiance_on(&lights[(params.first_light + i) as usize], s);
         }
     }
     let radiance = s.diffuse.truncate() * irradiance * FRAC_1_PI;
@@ -165,16 +182,11 @@ pub fn shade_specular(
     let s = &surfaces[index as usize];
     let visible = visibility[index as usize];
     let lobe = gloss[index as usize];
-    let position = s.position.truncate();
-    let normal = s.normal.truncate();
-    let to_viewer = normalize_or(params.eye.truncate() - position, normal);
     let mut radiance = Vec3::ZERO;
     for i in 0..params.light_count {
         if visible & (1 << i) != 0 {
-            let incident = incident_light(&lights[(params.first_light + i) as usize], position);
-            let reflected = phong_lobe(normal, to_viewer, incident.direction, lobe.w);
-            let cosine = max(0.0, dot(incident.direction, normal));
-            radiance += incident.irradiance * (cosine * reflected);
+            let light = &lights[(params.first_light + i) as usize];
+            radiance += lobe_radiance(light, s, lobe.w, params.eye.truncate());
         }
     }
     previous[index as usize] + (radiance * lobe.truncate()).extend(0.0)

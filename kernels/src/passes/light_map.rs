@@ -7,7 +7,7 @@ use super::material::AlphaTest;
 use super::scene::{Material, Triangle};
 use super::surface::Surface;
 use crate::geometry::bvh::{BvhNode, Hit, NO_TRIANGLE, Ray, TriangleBlock, nearest_hit};
-use crate::math::{abs, div, dot, floor, length, max, normalize_or, recip, to_u32};
+use crate::math::{abs, div, dot, floor, length, max, normalize_or, recip, sqrt, to_u32};
 use glam::{Vec2, Vec3, Vec4};
 
 /// [`LightMapParams::projection`]: rays from the light through a square, for a spot.
@@ -106,20 +106,43 @@ pub fn trace_light_map(
     nearest_hit(nodes, blocks, &ray, &AlphaTest { triangles, materials, texels })
 }
 
+/// Returns the solid angle of a texel of a map in steradians, or its area in m² for a sun's; `spread` is the length of
+/// [`LightMapParams::right`].
+#[inline]
+pub fn texel_measure(projection: u32, size: u32, spread: f32, texel: u32) -> f32 {
+    let width = div(2.0, size as f32);
+    let x = ((texel % size) as f32 + 0.5) * width - 1.0;
+    let y = ((texel / size) as f32 + 0.5) * width - 1.0;
+    let side = width * spread;
+    if projection == PROJECT_PARALLEL {
+        return side * side;
+    }
+    // The cube of the distance to the texel on the map's plane (or octahedron, whose faces are at 1/√3).
+    let squared = if projection == PROJECT_PERSPECTIVE {
+        1.0 + (spread * spread) * (x * x + y * y)
+    } else {
+        let z = (1.0 - abs(x)) - abs(y);
+        let (fold_x, fold_y) = (1.0 - abs(y), 1.0 - abs(x));
+        if z >= 0.0 { (x * x + y * y) + z * z } else { (fold_x * fold_x + fold_y * fold_y) + z * z }
+    };
+    let area = if projection == PROJECT_PERSPECTIVE { side * side } else { width * width };
+    div(area, squared * sqrt(squared))
+}
+
 /// Where a point is on a map.
-struct Place {
+pub(super) struct Place {
     /// In [−1, 1]² on the map; beyond it the light's map does not show the point.
-    point: Vec2,
+    pub(super) point: Vec2,
     /// Distance along the map's ray, metres.
-    depth: f32,
+    pub(super) depth: f32,
     /// Unit direction of that ray.
-    direction: Vec3,
+    pub(super) direction: Vec3,
     /// Width of a texel there, metres.
-    texel: f32,
+    pub(super) texel: f32,
 }
 
 #[inline]
-fn place(params: &LightMapParams, position: Vec3) -> Place {
+pub(super) fn place(params: &LightMapParams, position: Vec3) -> Place {
     let between = position - params.origin.truncate();
     let (right, down, forward) = (params.right.truncate(), params.down.truncate(), params.forward.truncate());
     let along = dot(between, forward);

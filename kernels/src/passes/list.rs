@@ -274,7 +274,7 @@ macro_rules! for_each_pass {
             map add_bounce(ConeParams; 1 places: u32, 2 radiance: u32, 3 bounced: u32) -> 4 sum: u32,
                 Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 2e-2 };
             /// Leaves with any light.
-            map mark_bright(PyramidParams; 1 radiance: u32) -> 2 flags: u32, Tolerance::Exact;
+            map mark_bright(PyramidParams; 1 radiance: u32, 2 places: u32, 3 direct: u32) -> 4 flags: u32, Tolerance::Exact;
             /// Radiance of the leaves with light.
             map keep_lit(PyramidParams; 1 lit: u32, 2 radiance: u32) -> 3 kept: u32, Tolerance::Exact;
             /// What glossy leaves mirror of photons, and from where to where.
@@ -339,6 +339,41 @@ macro_rules! for_each_pass {
             map draw_voxels(CameraParams; 1 view: VoxelViewParams, 2 blocks: u32, 3 depths: u32, 4 places: u32,
                 5 radiance: u32) -> 6 picture: Vec4,
                 Tolerance::Relative { relative: 1e-3, absolute: 1e-3, flips: 1e-2 };
+            // Where a triangle's middle within a voxel is may tip, and with it whether there is a hole.
+            /// Bits of the voxels that triangles meet.
+            scatter mark_bits(PyramidParams; 1 pairs: u32, 2 triangles: Triangle, 3 materials: Material, 4 texels: u32)
+                -> 5 voxels: u32, Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 1e-2 };
+            /// Bytes of the voxels above.
+            map shrink_voxels(ShrinkParams; 1 below: u32) -> 2 voxels: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 1e-2 };
+            // Packed values at a rounding's edge may tip.
+            /// Reflective shadow map of a light.
+            map reflect_light(ReflectParams; 1 hits: Hit, 2 triangles: Triangle, 3 materials: Material, 4 texels: u32,
+                5 lights: Light) -> 6 reflected: ReflectiveTexel,
+                Tolerance::Relative { relative: 1e-5, absolute: 1e-5, flips: 2e-2 };
+            /// Layers of a reflective shadow map.
+            scatter split_layers(LayeredMap; 1 reflected: ReflectiveTexel) -> 2 layers: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 64.0, flips: 2e-2 };
+            /// A level of the layers from the one below.
+            scatter shrink_layers(LayeredMap; 1 below: u32) -> 2 layers: u32,
+                Tolerance::Relative { relative: 0.0, absolute: 64.0, flips: 2e-2 };
+            /// Light from layered reflective shadow maps: irradiance/π.
+            map layered_diffuse(ConeParams; 1 surfaces: Surface, 2 voxels: u32, 3 maps: LayeredMap, 4 layers: u32)
+                -> 5 light: Vec4, Tolerance::Relative { relative: 1e-3, absolute: 1e-3, flips: 2e-3 };
+            /// Light from layered reflective shadow maps in the specular lobe.
+            map layered_specular(ConeParams; 1 surfaces: Surface, 2 gloss: Vec4, 3 voxels: u32, 4 maps: LayeredMap,
+                5 layers: u32, 6 texels: u32) -> 7 light: Vec4,
+                Tolerance::Relative { relative: 2e-3, absolute: 1e-3, flips: 2e-3 };
+            /// The share of a light with an extent that each surface sees.
+            map shadow_cone(ConeParams; 1 surfaces: Surface, 2 lights: Light, 3 voxels: u32) -> 4 visible: f32,
+                Tolerance::Relative { relative: 1e-3, absolute: 1e-3, flips: 2e-3 };
+            /// Diffuse reflection of a light that is seen in part.
+            map shade_soft_diffuse(LightParams; 1 surfaces: Surface, 2 lights: Light, 3 visible: f32, 4 previous: Vec4)
+                -> 5 radiance: Vec4, Tolerance::Relative { relative: 1e-4, absolute: 5e-5, flips: 0.0 };
+            /// Specular reflection of a light that is seen in part.
+            map shade_soft_specular(LightParams; 1 surfaces: Surface, 2 gloss: Vec4, 3 lights: Light, 4 visible: f32,
+                5 previous: Vec4) -> 6 radiance: Vec4,
+                Tolerance::Relative { relative: 1e-3, absolute: 1e-4, flips: 0.0 };
         }
     };
 }

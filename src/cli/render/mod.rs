@@ -6,15 +6,13 @@ mod passes;
 mod path_traced;
 
 use super::Failure;
+use super::knobs::{Knobs, Of};
 use super::options::{BackendOptions, Kept, SceneOptions, build_tree};
-use super::soft_gi::SoftGiOptions;
-use super::visibility_filter::VisibilityFilterOptions;
-use super::voxel_cones::VoxelConesOptions;
 use crate::backend::Gpu;
 use crate::picture::Picture;
 use crate::scene::Scene;
 use crate::technique::reference::Bounces;
-use crate::technique::{ambient_occlusion, direct, soft_gi, visibility_filter, voxel_cones};
+use crate::technique::{ambient_occlusion, direct, layered_rsm, soft_gi, visibility_filter, voxel_cones};
 use clap::{Args, ValueEnum};
 use output::{check_output, dump_path, note_error, open_reference, report, write};
 use std::path::{Path, PathBuf};
@@ -80,11 +78,7 @@ pub(crate) struct RenderArguments {
     #[arg(long)]
     json: bool,
     #[command(flatten)]
-    filter: VisibilityFilterOptions,
-    #[command(flatten)]
-    cones: VoxelConesOptions,
-    #[command(flatten)]
-    soft: SoftGiOptions,
+    knobs: Knobs,
 }
 
 #[derive(Clone, Copy, ValueEnum, PartialEq, Eq, Debug)]
@@ -103,6 +97,8 @@ enum Technique {
     VoxelCones,
     /// Spherical proxies under soft surroundings: shadows and one bounce
     SoftGi,
+    /// Cones through binary voxels and layered maps of what lights see: direct light and one bounce
+    LayeredRsm,
 }
 
 #[derive(Clone, Copy, ValueEnum, PartialEq, Eq)]
@@ -248,45 +244,45 @@ fn check_request(a: &RenderArguments, technique: Technique) -> Result<(), Failur
             "--technique reference runs on the CPU; leave out --backend gpu".into(),
         ));
     }
-    if technique == Technique::VisibilityFilter {
-        a.filter
-            .settings()?
-            .check(a.scene.size.0, a.scene.size.1)
-            .map_err(|e| Failure::Request(e.to_string()))?;
-    } else if a.filter != VisibilityFilterOptions::default() {
-        return Err(Failure::Request(format!(
-            "the options of the visibility filter do nothing for --technique {}; leave them out",
-            name(technique)
-        )));
+    let of: &[Of] = match technique {
+        Technique::VisibilityFilter => &[Of::VisibilityFilter],
+        Technique::VoxelCones => &[Of::VoxelCones],
+        Technique::SoftGi => &[Of::SoftGi],
+        Technique::LayeredRsm => &[Of::LayeredRsm],
+        _ => &[],
+    };
+    a.knobs.check(of, &name(technique))?;
+    let (width, height) = a.scene.size;
+    match technique {
+        Technique::VisibilityFilter => a.knobs.visibility_filter().check(width, height),
+        Technique::VoxelCones => a.knobs.voxel_cones().check(width, height),
+        Technique::SoftGi => a.knobs.soft_gi().check(width, height),
+        Technique::LayeredRsm => a.knobs.layered_rsm().check(width, height),
+        _ => Ok(()),
     }
+    .map_err(|e| Failure::Request(e.to_string()))?;
+    check_dumps(a, technique)
+}
+
+/// Refuses buffers that the technique does not have.
+fn check_dumps(a: &RenderArguments, technique: Technique) -> Result<(), Failure> {
     if technique == Technique::VoxelCones {
-        let settings = a.cones.settings()?;
+        let settings = a.knobs.voxel_cones();
         for dump in &a.dump {
-            if voxel_cones::voxel_view(dump).is_some_and(|(_, level)| level > settings.depth()) {
-                let depth = settings.depth();
+            let Some((_, level)) = voxel_cones::voxel_view(dump) else { continue };
+            let depth = settings.depth();
+            if level > depth {
                 return Err(Failure::Request(format!("--dump {dump}: levels are 0 to {depth} here")));
             }
+            if settings.occlusion && !dump.starts_with("occlusion") {
+                return Err(Failure::Request(format!(
+                    "--dump {dump}: with --occlusion voxels have no light"
+                )));
+            }
         }
-        settings.check(a.scene.size.0, a.scene.size.1).map_err(|e| Failure::Request(e.to_string()))?;
         if settings.occlusion && a.only != Only::All {
             return Err(Failure::Request("--only: occlusion is not light; leave it out".into()));
         }
-    } else if a.cones != VoxelConesOptions::default() {
-        return Err(Failure::Request(format!(
-            "the options of voxel cones do nothing for --technique {}; leave them out",
-            name(technique)
-        )));
-    }
-    if technique == Technique::SoftGi {
-        a.soft
-            .settings()?
-            .check(a.scene.size.0, a.scene.size.1)
-            .map_err(|e| Failure::Request(e.to_string()))?;
-    } else if a.soft != SoftGiOptions::default() {
-        return Err(Failure::Request(format!(
-            "the options of soft global illumination do nothing for --technique {}; leave them out",
-            name(technique)
-        )));
     }
     let known: &[&str] = match technique {
         Technique::Reference => &["direct", "indirect"],
@@ -294,6 +290,7 @@ fn check_request(a: &RenderArguments, technique: Technique) -> Result<(), Failur
         Technique::VisibilityFilter => &visibility_filter::DUMPS,
         Technique::VoxelCones => &voxel_cones::DUMPS,
         Technique::SoftGi => &soft_gi::DUMPS,
+        Technique::LayeredRsm => &layered_rsm::DUMPS,
         _ => &direct::DUMPS,
     };
     for name in &a.dump {

@@ -5,9 +5,10 @@ use crate::backend::{Backend, Cpu, Gpu};
 use crate::cli::options::ArithmeticChoice;
 use crate::cli::{Failure, table};
 use crate::scene::{Scene, bvh::Bvh};
-use crate::technique::visibility_filter::{Counts, VisibilityFilter};
+use crate::technique::visibility_filter::Counts;
 use crate::technique::{
-    Job, LightPart, Rendered, View, World, ambient_occlusion, direct, soft_gi, visibility_filter, voxel_cones,
+    Job, LightPart, Rendered, View, World, ambient_occlusion, direct, layered_rsm, soft_gi,
+    visibility_filter, voxel_cones,
 };
 use serde_json::json;
 
@@ -71,21 +72,37 @@ fn draw<B: Backend>(
     match technique {
         Technique::AmbientOcclusion => rendered = ambient_occlusion::render(backend, &world, view, &job)?,
         Technique::VisibilityFilter => {
-            let settings: VisibilityFilter = a.filter.settings()?;
+            let settings = a.knobs.visibility_filter();
             let (picture, counted) = visibility_filter::render(backend, &world, view, &job, &settings)?;
             rendered = picture;
             (counts, counts_line) = (counts_json(&counted), counts_text(&counted));
         }
         Technique::VoxelCones => {
-            let settings = a.cones.settings()?;
+            let settings = a.knobs.voxel_cones();
             let (picture, counted) = voxel_cones::render(backend, &world, view, &job, &settings)?;
             rendered = picture;
             (counts, counts_line) = (voxels_json(&counted), voxels_text(&counted));
         }
+        Technique::LayeredRsm => {
+            let settings = a.knobs.layered_rsm();
+            let (picture, c) = layered_rsm::render(backend, &world, view, &job, &settings)?;
+            rendered = picture;
+            counts = json!({ "resolution": c.resolution, "voxel_bytes": c.voxel_bytes, "lights": c.lights,
+                "lights_at_once": c.lights_at_once, "map_bytes": c.map_bytes, "layer_bytes": c.layer_bytes });
+            let mib = |bytes: u64| bytes as f64 / 1_048_576.0;
+            counts_line = format!(
+                "{}^3 binary voxels {:.1} MiB, layers of {} lights {:.1} MiB, a map {:.1} MiB\n",
+                c.resolution,
+                mib(c.voxel_bytes),
+                c.lights,
+                mib(c.layer_bytes),
+                mib(c.map_bytes)
+            );
+        }
         Technique::SoftGi => {
             let around = soft_gi::Surroundings::new(scene);
             note_missing(a, &world, &around);
-            let settings = a.soft.settings()?;
+            let settings = a.knobs.soft_gi();
             let (picture, c) = soft_gi::render(backend, &world, &around, view, &job, &settings)?;
             rendered = picture;
             counts = json!({ "proxies": c.proxies, "receivers": c.receivers, "pairs": c.pairs, "shadow_reach": c.shadow_reach });

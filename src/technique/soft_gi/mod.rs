@@ -11,8 +11,8 @@ pub use settings::{Exponential, MAX_RECEIVERS, Operator, SoftGi};
 pub use surroundings::Surroundings;
 pub use table::{ENTRIES, exact_operator_table, log_occlusion_table, optimal_linear_table};
 
-use super::gathered::Gathered;
-use super::gbuffer::{GBuffer, bands};
+use super::gathered::{Gathered, picture};
+use super::gbuffer::GBuffer;
 use super::{Inspection, Job, LightPart, Rendered, View, World, direct};
 use crate::backend::{Backend, BackendError};
 use crate::error::SettingsError;
@@ -84,23 +84,9 @@ pub fn render<B: Backend>(
     }
     let mut seen = Inspection::new(job, view.width, view.height);
     let (gathered, counts) = gather(backend, world, surroundings, view, job, settings, &mut seen)?;
-    let mut picture = Picture::new(view.width, view.height);
-    for band in bands(view) {
-        backend.set_stage("direct");
-        let g = GBuffer::trace(backend, world, view, band.clone(), &mut seen)?;
-        let mut sum = if job.light == LightPart::Indirect {
-            backend.alloc("radiance", g.count() as usize)?
-        } else {
-            direct::band_radiance_without_surroundings(backend, world, &g, job, &mut seen)?
-        };
-        backend.set_stage("upsampling");
-        sum = gathered.add_to(backend, view, &g, sum)?;
-        seen.check(backend, "radiance", &sum)?;
-        let values = backend.download(&sum)?;
-        for (pixel, value) in picture.pixels[band.start as usize..].iter_mut().zip(values) {
-            *pixel = value.truncate();
-        }
-    }
+    let picture = picture(backend, world, Some(&gathered), view, job, &mut seen, |backend, g, seen| {
+        direct::band_radiance_without_surroundings(backend, world, g, job, seen)
+    })?;
     let timings = backend.take_timings()?;
     backend.set_stage("");
     Ok((seen.finish(picture, timings), counts))

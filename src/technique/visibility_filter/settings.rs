@@ -1,6 +1,7 @@
 //! Which knobs does the visibility filter have, and what do they do to error and cost?
 
 use crate::error::SettingsError;
+use crate::technique::gathered::illumination_size;
 use twinlight_kernels::passes::visibility_filter::list::{MAX_COUNT, MAX_VOXEL, list_stride};
 
 /// How the light of visible voxels is added up, VF eq. 5.
@@ -173,7 +174,7 @@ impl VisibilityFilter {
 
     /// Pixels at which light is gathered for a picture of this size.
     pub fn illumination_size(&self, width: u32, height: u32) -> (u32, u32) {
-        self.illumination.unwrap_or_else(|| shrunk(width, height, 2, MAX_PIXELS))
+        illumination_size(self.illumination, width, height)
     }
 
     /// Rays of a coarse pixel, in a scene with gloss or without.

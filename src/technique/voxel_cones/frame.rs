@@ -3,17 +3,13 @@
 use super::{Lighting, Lit, Pyramid, VoxelCones, drawn};
 use crate::backend::{Backend, BackendError};
 use crate::picture::Picture;
-use crate::technique::gathered::Gathered;
+use crate::technique::cones::tangent;
+use crate::technique::gathered::{self, Gathered};
 use crate::technique::gbuffer::{GBuffer, bands};
 use crate::technique::{Inspection, Job, LightPart, View, World, direct};
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use twinlight_kernels::passes::elements::ConeParams;
 use twinlight_kernels::passes::voxel_cones::trace::CONES_SEE_ENVIRONMENT;
-
-/// Tangent of a half angle in degrees, or 0 for none: the passes then take their own.
-fn tangent(degrees: Option<f32>) -> f32 {
-    degrees.map_or(0.0, |d| d.to_radians().tan())
-}
 
 /// What the passes that trace cones need to know.
 pub(super) fn cone_params<B: Backend>(
@@ -28,20 +24,11 @@ pub(super) fn cone_params<B: Backend>(
         environment: world.environment.environment,
         map: world.environment.map,
         depth: p.params.depth,
-        cones: settings.cones,
-        tangent: tangent(settings.half_angle),
-        width: settings.width,
-        step: settings.step,
-        start: settings.start,
-        clearance: settings.clearance,
-        cutoff: settings.cutoff,
-        falloff: 0.0,
-        reach: 1.0e9,
         radiance_unit: 1.0 / lit.radiance_scale,
         radiance_scale: lit.radiance_scale,
         first: p.params.first,
         lobes: lit.lobes,
-        ..Default::default()
+        ..settings.cones.params()
     }
 }
 
@@ -74,6 +61,7 @@ pub(super) fn render_openness<B: Backend>(
             g.count(),
         )?;
         seen.check(backend, "openness", &openness)?;
+        seen.dump(backend, "ao", &openness, band.start, |&v: &f32| Vec3::splat(v))?;
         let values = backend.download(&openness)?;
         for (pixel, value) in picture.pixels[band.start as usize..].iter_mut().zip(values) {
             *pixel = Vec3::splat(value);
@@ -107,36 +95,13 @@ pub(super) fn render<B: Backend>(
     settings: &VoxelCones,
     seen: &mut Inspection<'_>,
 ) -> Result<Picture, BackendError> {
-    let mut picture = Picture::new(view.width, view.height);
     let gathered = match lit_voxels {
         Some((p, lit)) => Some(gather(backend, world, p, lit, view, job, settings, seen)?),
         None => None,
     };
-    for band in bands(view) {
-        backend.set_stage("direct");
-        let g = GBuffer::trace(backend, world, view, band.clone(), seen)?;
-        let count = g.count() as usize;
-        let mut sum = if job.light == LightPart::Indirect {
-            backend.alloc("radiance", count)?
-        } else {
-            direct::band_radiance(backend, world, &g, job, seen)?
-        };
-        if let Some(gathered) = &gathered {
-            backend.set_stage("upsampling");
-            if seen.wants("indirect") {
-                let nothing = backend.alloc("radiance", count)?;
-                let indirect = gathered.add_to(backend, view, &g, nothing)?;
-                seen.dump(backend, "indirect", &indirect, band.start, |v: &Vec4| v.truncate())?;
-            }
-            sum = gathered.add_to(backend, view, &g, sum)?;
-            seen.check(backend, "radiance", &sum)?;
-        }
-        let values = backend.download(&sum)?;
-        for (pixel, value) in picture.pixels[band.start as usize..].iter_mut().zip(values) {
-            *pixel = value.truncate();
-        }
-    }
-    Ok(picture)
+    gathered::picture(backend, world, gathered.as_ref(), view, job, seen, |backend, g, seen| {
+        direct::band_radiance(backend, world, g, job, seen)
+    })
 }
 
 fn gather<B: Backend>(
@@ -151,7 +116,7 @@ fn gather<B: Backend>(
 ) -> Result<Gathered<B>, BackendError> {
     let lit = &lighting.reflected;
     backend.set_stage("diffuse");
-    let (width, height) = settings.illumination_size(view.width, view.height);
+    let (width, height) = gathered::illumination_size(settings.illumination, view.width, view.height);
     let view = view.resized(width, height);
     let count = view.pixels();
     let g = seen.without_dumps(|seen| GBuffer::trace(backend, world, &view, 0..count, seen))?;
@@ -175,7 +140,7 @@ fn gather<B: Backend>(
         let all = job.light == LightPart::All;
         let lit = lighting.shining.as_ref().filter(|_| all).unwrap_or(lit);
         let params = ConeParams {
-            tangent: tangent(settings.specular_half_angle),
+            tangent: tangent(settings.cones.specular_half_angle),
             flags: if world.has_environment && all { CONES_SEE_ENVIRONMENT } else { 0 },
             eye: params.eye,
             ..cone_params(world, p, lit, settings)
@@ -196,23 +161,7 @@ fn gather<B: Backend>(
         seen.check(backend, "specular light", &light)?;
         specular = Some(light);
     }
-    for (name, buffer) in [("diffuse", Some(&diffuse)), ("specular", specular.as_ref())] {
-        if let Some(buffer) = buffer.filter(|_| seen.wants(name)) {
-            let light = backend.download(buffer)?;
-            seen.keep(name, || Picture {
-                width,
-                height,
-                pixels: light.iter().map(|v| v.truncate()).collect(),
-            });
-        }
-    }
-    if seen.wants("ao") {
-        let light = backend.download(&diffuse)?;
-        seen.keep("ao", || Picture {
-            width,
-            height,
-            pixels: light.iter().map(|v| Vec3::splat(v.w)).collect(),
-        });
-    }
-    Ok(Gathered { width, height, surfaces: g.surfaces, diffuse, specular })
+    let gathered = Gathered { width, height, surfaces: g.surfaces, diffuse, specular };
+    gathered.keep(backend, seen)?;
+    Ok(gathered)
 }

@@ -26,7 +26,7 @@ fn power(light: &Light, radius: f32) -> f32 {
 }
 
 /// Watts of all lights on the scene, and of what its surfaces emit.
-pub(super) fn watts<B: Backend>(world: &World<B>) -> (f32, f32) {
+pub(in crate::technique) fn watts<B: Backend>(world: &World<B>) -> (f32, f32) {
     let radius = 0.505 * world.bounds.size().length().max(1.0e-6);
     let lights = world.host_lights.iter().map(|l| power(l, radius)).sum::<f32>();
     (lights, if world.emits { PI * world.area as f32 * world.largest_emission } else { 0.0 })

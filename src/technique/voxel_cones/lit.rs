@@ -1,10 +1,11 @@
 //! What does light make of the voxels? VCT §8.2.
 
-use super::pyramid::{Pyramid, place};
+use super::pyramid::Pyramid;
 use super::{VoxelCones, frame, inject};
 use crate::backend::{Backend, BackendError, BufferLength};
 use crate::primitives::listed;
 use crate::technique::World;
+use crate::technique::voxelised::place;
 use std::f32::consts::PI;
 use twinlight_kernels::passes::elements::PyramidParams;
 use twinlight_kernels::passes::voxel_cones::build::ISOTROPIC;
@@ -202,7 +203,8 @@ fn relit<B: Backend>(
     direct: &Lit<B>,
 ) -> Result<Lit<B>, BackendError> {
     let mut flags = backend.alloc("lit leaves", params.leaves as usize)?;
-    backend.mark_bright(params, all, &mut flags, params.leaves)?;
+    let own = PyramidParams { lobes: direct.lobes, ..*params };
+    backend.mark_bright(&own, all, &direct.places, &direct.radiance, &mut flags, params.leaves)?;
     let level = Level::new(backend, params, &flags, params.leaves, 0)?;
     let mut radiance = backend.alloc("lit radiance", (level.count.max(1) * RADIANCE_WORDS) as usize)?;
     backend.keep_lit(params, &level.lit, all, &mut radiance, level.count * RADIANCE_WORDS)?;

@@ -10,9 +10,11 @@ mod pyramid;
 mod settings;
 
 pub use drawn::{VOXEL_VIEWS, voxel_view};
+pub(super) use inject::watts;
 pub use lit::{Lighting, Lit};
 pub use pyramid::Pyramid;
-pub use settings::{MAX_PIXELS, VoxelCones, Voxelisation};
+pub(super) use settings::check_resolution;
+pub use settings::{VoxelCones, Voxelisation};
 
 use super::{Inspection, Job, LightPart, Rendered, View, World};
 use crate::backend::{Backend, BackendError};

@@ -2,18 +2,14 @@
 
 use super::{VoxelCones, Voxelisation};
 use crate::backend::{Backend, BackendError, BufferLength};
-use crate::error::SettingsError;
 use crate::primitives::exclusive_scan;
 use crate::scene::Bounds;
 use crate::technique::World;
-use glam::Vec3;
+use crate::technique::voxelised::{Pairs, lattice, place, refine};
 use std::ops::Range;
 use twinlight_kernels::geometry::lattice::{BLOCK_WORDS, block_count, blocks_along, level_offset};
-use twinlight_kernels::passes::elements::{PyramidParams, VoxeliseParams, WordParams};
+use twinlight_kernels::passes::elements::{PyramidParams, VoxeliseParams};
 use twinlight_kernels::passes::voxel_cones::build::{ISOTROPIC, LEAF_WORDS};
-
-/// The most pairs of cells and triangles: 1 GiB, as often as a refinement needs.
-const MAX_PAIRS: u64 = 1 << 26;
 
 /// The voxels of a scene. They change with the scene's geometry and materials only.
 pub struct Pyramid<B: Backend> {
@@ -33,12 +29,6 @@ pub struct Pyramid<B: Backend> {
     pub pairs: B::Buffer<u32>,
     /// Number of pairs.
     pub pair_count: u32,
-}
-
-/// Pairs of cells and triangles.
-struct Pairs<B: Backend> {
-    words: B::Buffer<u32>,
-    count: u32,
 }
 
 /// Which points of all levels are voxels, how they are found and where they lie.
@@ -63,19 +53,9 @@ impl<B: Backend> Pyramid<B> {
         bounds: &Bounds,
         triangles: Range<u32>,
     ) -> Result<Self, BackendError> {
-        let depth = settings.depth();
-        let side = 1u32 << depth;
-        let extent = bounds.size().max_element().max(1.0e-6 * bounds.centre().abs().max_element());
-        // Cells are centred on lattice points; the scene fills all but the outermost, and its box avoids their borders.
-        let edge = extent.max(1.0e-9) / (side as f32 - 2.6);
-        let corner = bounds.centre() - Vec3::splat(0.5 * side as f32 * edge);
         let params = PyramidParams {
-            lower: (corner + Vec3::splat(0.5 * edge)).extend(edge),
-            inverse_edge: 1.0 / edge,
-            depth,
             flags: if settings.anisotropic { 0 } else { ISOTROPIC },
-            thin: u32::from(settings.voxelisation == Voxelisation::Thin),
-            ..Default::default()
+            ..lattice(bounds, settings.depth(), settings.voxelisation == Voxelisation::Thin)
         };
         let pairs = refine(backend, world, &params, triangles)?;
         let marks = marks(backend, &params, &pairs)?;
@@ -189,54 +169,6 @@ fn at_level(params: &PyramidParams, firsts: &[u32], level: u32) -> (PyramidParam
     let end = if l == 0 { firsts[depth + 1] } else { firsts[l - 1] };
     let child_first = if l == 0 { 0 } else { firsts[l - 1] };
     (PyramidParams { level, first: firsts[l], child_first, ..*params }, end - firsts[l])
-}
-
-/// Copies words into their place.
-pub(super) fn place<B: Backend>(
-    backend: &mut B,
-    words: &B::Buffer<u32>,
-    offset: u32,
-    all: &mut B::Buffer<u32>,
-) -> Result<(), BackendError> {
-    let count = words.element_count() as u32;
-    backend.place_words(&WordParams { offset, count, ..Default::default() }, words, all, count)
-}
-
-/// Pairs of leaves and triangles, from the whole down.
-fn refine<B: Backend>(
-    backend: &mut B,
-    world: &World<B>,
-    lattice: &PyramidParams,
-    triangles: Range<u32>,
-) -> Result<Pairs<B>, BackendError> {
-    let (depth, edge) = (lattice.depth, lattice.lower.w);
-    let corner = lattice.lower.truncate() - Vec3::splat(0.5 * edge);
-    let size = (1u32 << depth) as f32 * edge;
-    let mut params = VoxeliseParams { depth, first: triangles.start, ..Default::default() };
-    let mut count = triangles.len() as u32;
-    let mut words = backend.alloc("pairs", 2 * count as usize)?;
-    backend.root_pairs(&params, &mut words, 2 * count)?;
-    for level in 1..=depth {
-        params.lower = corner.extend((1u32 << level) as f32 / size);
-        params.thin = u32::from(lattice.thin != 0 && level == depth);
-        params.pairs = count;
-        let mut masks = backend.alloc("child masks", count as usize)?;
-        backend.child_masks(&params, &words, &world.triangles, &mut masks, count)?;
-        let mut counts = backend.alloc("child counts", count as usize)?;
-        backend.mask_counts(&params, &masks, &mut counts, count)?;
-        let children: u64 = backend.download(&counts)?.iter().map(|&c| u64::from(c)).sum();
-        if children > MAX_PAIRS {
-            return Err(BackendError::Settings(SettingsError {
-                knob: "resolution",
-                reason: format!("{children} pairs of voxels and triangles are over {MAX_PAIRS}; halve it"),
-            }));
-        }
-        let starts = exclusive_scan(backend, &counts, count)?;
-        let mut next = backend.alloc("pairs", 2 * children as usize)?;
-        backend.child_pairs(&params, &starts, &masks, &words, &mut next, 2 * children as u32)?;
-        (words, count) = (next, children as u32);
-    }
-    Ok(Pairs { words, count })
 }
 
 /// Which points of all levels pairs of leaves and triangles make voxels, two words for each block.

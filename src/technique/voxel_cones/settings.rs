@@ -1,9 +1,9 @@
 //! Which knobs does voxel cone tracing have, and what do they do to error and cost?
 
 use crate::error::SettingsError;
-use twinlight_kernels::cone::{diameter, mip_level};
+use crate::technique::cones::{Cones, check_rounds};
+use crate::technique::gathered::check_illumination;
 use twinlight_kernels::geometry::lattice::MAX_DEPTH;
-use twinlight_kernels::sampling::hemisphere::cone;
 
 /// How a triangle counts in the voxels that it meets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,22 +26,8 @@ pub struct VoxelCones {
     pub voxelisation: Voxelisation,
     /// Six directional values for each voxel above the leaves; without, one. Walls of two colours leak into each other without.
     pub anisotropic: bool,
-    /// Cones over the hemisphere, 1 to 64. The error by their width falls with their number, cost rises with it.
-    pub cones: u32,
-    /// Half angle of the diffuse cones in degrees, 0.5 to 85; if none, that of the set: 30 for six.
-    pub half_angle: Option<f32>,
-    /// Half angle of the specular cone in degrees; if none, that of the surface's lobe.
-    pub specular_half_angle: Option<f32>,
-    /// Step as a share of the width of the voxels sampled, ¹⁄₆₄ to 64. Longer steps are cheaper; transmittance does not change.
-    pub step: f32,
-    /// Voxels' width as a share of the cone's, 0.1 to 4. Narrower ones blur less, and cost more steps.
-    pub width: f32,
-    /// Where cones start, in voxels of the finest level, 0 to 16.
-    pub start: f32,
-    /// Half voxels over a surface within which voxels do not count for its own cones, 0 to 4: what would shadow itself.
-    pub clearance: f32,
-    /// Share of a cone that may be left unseen, 0 to 0.5: the error by it is at most this.
-    pub cutoff: f32,
+    /// How cones go through the voxels.
+    pub cones: Cones,
     /// Bounces of indirect light, 1 to 16. Each more gathers cones at every leaf.
     pub bounces: u32,
     /// Cones of a leaf for bounces beyond the first, 1 to 64.
@@ -60,14 +46,7 @@ impl Default for VoxelCones {
             resolution: 128,
             voxelisation: Voxelisation::Area,
             anisotropic: true,
-            cones: 16,
-            half_angle: None,
-            specular_half_angle: None,
-            step: 1.0,
-            width: 0.5,
-            start: 1.0,
-            clearance: 2.0,
-            cutoff: 0.01,
+            cones: Cones::default(),
             bounces: 1,
             bounce_cones: 6,
             light_map: 1024,
@@ -77,13 +56,8 @@ impl Default for VoxelCones {
     }
 }
 
-/// Some devices end all loops of a work item after 65 535 rounds, and say nothing.
-const MAX_ROUNDS: u32 = 65_000;
-/// The tangent of the half angle of the narrowest specular lobe's cone.
-const NARROWEST_LOBE: f32 = 0.0625;
-
-/// The largest number of pixels at which light is gathered.
-pub const MAX_PIXELS: u64 = 1 << 20;
+/// Smaller copies of an environment's map, at most: of 2¹⁶ rows.
+const MAX_COPIES: u32 = 16;
 
 impl VoxelCones {
     /// The names of [`VoxelCones::preset`].
@@ -95,10 +69,7 @@ impl VoxelCones {
     pub fn preset(name: &str) -> Option<Self> {
         let sponza = Self {
             resolution: 512,
-            cones: 3,
-            specular_half_angle: Some(5.0),
-            step: 1.0,
-            width: 1.0,
+            cones: Cones { count: 3, specular_half_angle: Some(5.0), width: 1.0, ..Cones::default() },
             illumination: Some((512, 512)),
             ..Self::default()
         };
@@ -110,18 +81,8 @@ impl VoxelCones {
             "paper-ao-60" => 60.0,
             _ => return None,
         };
-        Some(Self { half_angle: Some(0.5 * degrees), occlusion: true, ..sponza })
-    }
-
-    /// Pixels at which light is gathered for a picture of this size.
-    pub fn illumination_size(&self, width: u32, height: u32) -> (u32, u32) {
-        self.illumination.unwrap_or_else(|| {
-            let (mut w, mut h) = (width.div_ceil(2), height.div_ceil(2));
-            while u64::from(w) * u64::from(h) > MAX_PIXELS {
-                (w, h) = (w.div_ceil(2), h.div_ceil(2));
-            }
-            (w, h)
-        })
+        let cones = Cones { half_angle: Some(0.5 * degrees), ..sponza.cones };
+        Some(Self { cones, occlusion: true, ..sponza })
     }
 
     /// The depth of the pyramid: log₂ of the resolution.
@@ -129,26 +90,11 @@ impl VoxelCones {
         self.resolution.ilog2()
     }
 
-    /// Rounds of loops that a pixel or a leaf takes for its cones, at most: nine for each step.
+    /// Rounds of loops that a pixel or a leaf takes for its cones, at most: nine for each step; twice those to the
+    /// environment's smallest copy at its end.
     fn rounds(&self) -> u32 {
-        let own = |cones: u32| self.half_angle.map_or(cone(cones, 0, 0.0).tangent, |d| d.to_radians().tan());
-        let specular = self.specular_half_angle.map_or(NARROWEST_LOBE, |d| d.to_radians().tan());
-        let of = |cones: u32, tangent: f32| cones.saturating_mul(9 * self.steps(tangent) + 2);
-        of(self.cones, own(self.cones))
-            .max(of(self.bounce_cones, own(self.bounce_cones)))
-            .max(of(1, specular))
-    }
-
-    /// Steps of the longest cone through the scene.
-    fn steps(&self, tangent: f32) -> u32 {
-        let end = 1.74 * self.resolution as f32 * (1.0 + 2.0 * tangent * self.width) + 1.0;
-        let (mut t, mut steps) = (self.start, 0);
-        while t < end && steps < MAX_ROUNDS {
-            let level = mip_level(diameter(t, tangent) * self.width, self.depth() as f32);
-            t += level.exp2() * self.step;
-            steps += 1;
-        }
-        steps
+        let of = |count: u32| self.cones.rounds(self.depth(), count, 9, 2 + 2 * MAX_COPIES);
+        of(self.cones.count).max(of(self.bounce_cones))
     }
 
     /// Refuses what cannot be done for a picture of this size.
@@ -157,12 +103,9 @@ impl VoxelCones {
     /// The first knob that is out of range, with its range.
     pub fn check(&self, width: u32, height: u32) -> Result<(), SettingsError> {
         let refuse = |knob: &'static str, reason: String| Err(SettingsError { knob, reason });
-        if !self.resolution.is_power_of_two() || !(8..=1 << MAX_DEPTH).contains(&self.resolution) {
-            let reason = format!("{} is not a power of two from 8 to {}", self.resolution, 1 << MAX_DEPTH);
-            return refuse("resolution", reason);
-        }
+        check_resolution(self.resolution)?;
+        self.cones.check()?;
         for (knob, value, low, high) in [
-            ("cones", self.cones, 1, 64),
             ("bounce-cones", self.bounce_cones, 1, 64),
             ("bounces", self.bounces, 1, 16),
             ("photons", self.light_map, 16, 8192),
@@ -171,33 +114,18 @@ impl VoxelCones {
                 return refuse(knob, format!("{value} is not from {low} to {high}"));
             }
         }
-        for (knob, value, low, high) in [
-            ("half-angle", self.half_angle.unwrap_or(1.0), 0.5, 85.0),
-            ("specular-half-angle", self.specular_half_angle.unwrap_or(1.0), 0.5, 85.0),
-            ("step", self.step, 1.0 / 64.0, 64.0),
-            ("voxel-width", self.width, 0.1, 4.0),
-            ("start", self.start, 0.0, 16.0),
-            ("clearance", self.clearance, 0.0, 4.0),
-            ("cutoff", self.cutoff, 0.0, 0.5),
-        ] {
-            if !(value >= low && value <= high) {
-                return refuse(knob, format!("{value} is not from {low} to {high}"));
-            }
-        }
-        let rounds = self.rounds();
-        if rounds > MAX_ROUNDS {
-            let reason = format!(
-                "cones take {rounds} rounds of loops a pixel, over {MAX_ROUNDS}; longer steps, or fewer or wider cones"
-            );
-            return refuse("step", reason);
-        }
-        let (w, h) = self.illumination_size(width, height);
-        let pixels = u64::from(w) * u64::from(h);
-        if pixels == 0 || pixels > MAX_PIXELS {
-            return refuse("illumination", format!("{w}x{h} is not from 1 to {MAX_PIXELS} pixels"));
-        }
-        Ok(())
+        check_rounds(self.rounds())?;
+        check_illumination(self.illumination, width, height)
     }
+}
+
+/// Refuses what is no number of voxels.
+pub(in crate::technique) fn check_resolution(resolution: u32) -> Result<(), SettingsError> {
+    if resolution.is_power_of_two() && (8..=1 << MAX_DEPTH).contains(&resolution) {
+        return Ok(());
+    }
+    let reason = format!("{resolution} is not a power of two from 8 to {}", 1 << MAX_DEPTH);
+    Err(SettingsError { knob: "resolution", reason })
 }
 
 #[cfg(test)]
@@ -209,23 +137,23 @@ mod tests {
         for name in VoxelCones::PRESETS {
             let settings = VoxelCones::preset(name).unwrap();
             settings.check(512, 512).unwrap();
-            assert_eq!((settings.resolution, settings.depth(), settings.cones), (512, 9, 3));
+            assert_eq!((settings.resolution, settings.depth(), settings.cones.count), (512, 9, 3));
             assert_eq!(settings.occlusion, name.contains("ao"));
         }
         assert!(VoxelCones::preset("paper-teapot").is_none());
         type Spoil = fn(&mut VoxelCones);
         let spoilt: [(&str, Spoil); 12] = [
-            ("step", |s| (s.cones, s.step) = (64, 0.125)),
-            ("step", |s| (s.half_angle, s.step) = (Some(0.5), 0.015_625)),
+            ("step", |s| (s.cones.count, s.cones.step) = (64, 0.125)),
+            ("step", |s| (s.cones.half_angle, s.cones.step) = (Some(0.5), 0.015_625)),
             ("resolution", |s| s.resolution = 100),
             ("resolution", |s| s.resolution = 1024),
             ("resolution", |s| s.resolution = 0),
-            ("cones", |s| s.cones = 0),
+            ("cones", |s| s.cones.count = 0),
             ("bounces", |s| s.bounces = 17),
             ("photons", |s| s.light_map = 1),
-            ("half-angle", |s| s.half_angle = Some(f32::NAN)),
-            ("step", |s| s.step = 0.0),
-            ("cutoff", |s| s.cutoff = f32::INFINITY),
+            ("half-angle", |s| s.cones.half_angle = Some(f32::NAN)),
+            ("step", |s| s.cones.step = 0.0),
+            ("cutoff", |s| s.cones.cutoff = f32::INFINITY),
             ("illumination", |s| s.illumination = Some((0, 4))),
         ];
         for (knob, spoil) in spoilt {

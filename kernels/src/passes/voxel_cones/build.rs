@@ -1,6 +1,6 @@
 //! Which voxels does the pyramid have, and how dense is each? VCT §4.1–4.3.
 
-use super::clip::part_in_cube;
+use super::clip::{Part, part_in_cube};
 use super::storage::{MAX_OPTICAL_DEPTH, pack_depths, unpack_depths};
 use super::voxelise::in_cells;
 use crate::geometry::lattice::{
@@ -186,6 +186,8 @@ pub(super) struct Covered {
     pub(super) leaf: u32,
     /// Area, in faces of a voxel; 0 in a hole.
     pub(super) area: f32,
+    /// The area that it really has there.
+    pub(super) clipped: f32,
     pub(super) normal: Vec3,
     /// Weights of the second and third corner at the part's centroid.
     pub(super) u: f32,
@@ -206,20 +208,45 @@ pub(super) fn covered(
     let point = unpack_point(pairs[(2 * index) as usize]);
     let t = &triangles[pairs[(2 * index + 1) as usize] as usize];
     let voxel = voxel_at(blocks, params.depth, 0, point);
-    let lattice = Vec3::new(point.x as f32, point.y as f32, point.z as f32);
-    let (a, b, c) = in_cells(params.lower.truncate().extend(params.inverse_edge), t);
-    let (a, b, c) = (a - lattice, b - lattice, c - lattice);
-    let part = part_in_cube(a, b, c);
-    let (u, v) = weights_at(a, b, c, part.centroid);
+    let (part, u, v) = part_of(params, point, t);
     let hole = is_hole(&materials[t.material as usize], texels, texture_coordinates(t, u, v));
     let area = if params.thin != 0 { 1.0 } else { part.area };
     Covered {
         leaf: voxel.wrapping_sub(params.first),
         area: if hole || voxel == NO_VOXEL { 0.0 } else { area },
+        clipped: part.area,
         normal: geometric_normal(t),
         u,
         v,
     }
+}
+
+/// A triangle's part in a voxel, with the weights of its second and third corner at the part's centroid.
+#[inline]
+fn part_of(params: &PyramidParams, point: UVec3, t: &Triangle) -> (Part, f32, f32) {
+    let lattice = Vec3::new(point.x as f32, point.y as f32, point.z as f32);
+    let (a, b, c) = in_cells(params.lower.truncate().extend(params.inverse_edge), t);
+    let (a, b, c) = (a - lattice, b - lattice, c - lattice);
+    let part = part_in_cube(a, b, c);
+    let (u, v) = weights_at(a, b, c, part.centroid);
+    (part, u, v)
+}
+
+/// Whether there is a hole in the middle of a triangle's part in a voxel.
+#[inline]
+pub(crate) fn hole_in(
+    params: &PyramidParams,
+    point: UVec3,
+    t: &Triangle,
+    materials: &[Material],
+    texels: &[u32],
+) -> bool {
+    let m = &materials[t.material as usize];
+    if m.flags & MATERIAL_MASKED == 0 {
+        return false;
+    }
+    let (_, u, v) = part_of(params, point, t);
+    is_hole(m, texels, texture_coordinates(t, u, v))
 }
 
 /// A value in [0, 4095] in units of 2⁻²⁰.

@@ -6,6 +6,7 @@ use super::build::{
     ISOTROPIC, PyramidParams, child_of, component, numbered, opacity_of, share_along, side_weight,
 };
 use super::inject::RADIANCE_WORDS;
+use super::lobes::LOBE_WORDS;
 use super::storage::{pack_radiance, ratio, unpack_depths, unpack_radiance};
 use crate::geometry::lattice::{NO_VOXEL, unpack_point, voxel_at};
 use crate::math::exp;
@@ -45,13 +46,22 @@ pub fn lit_places(index: u32, params: &PyramidParams, flags: &[u32], starts: &[u
 /// The place of a voxel that is not lit.
 const DARK: u32 = 0xFFFF_FFFF;
 
-/// Returns 1 where a word of that leaf's radiance is not 0.
+/// Returns 1 where a word of that leaf's radiance is not 0, or where it mirrors: `places` and `direct` hold the lobes.
 #[inline]
-pub fn mark_bright(index: u32, params: &PyramidParams, radiance: &[u32]) -> u32 {
-    let _ = params;
+pub fn mark_bright(
+    index: u32,
+    params: &PyramidParams,
+    radiance: &[u32],
+    places: &[u32],
+    direct: &[u32],
+) -> u32 {
     let mut any = 0;
     for k in 0..RADIANCE_WORDS {
         any |= radiance[(RADIANCE_WORDS * index + k) as usize];
+    }
+    let place = places[(params.first + index) as usize];
+    if params.lobes > 0 && place > 0 {
+        any |= direct[(params.lobes + LOBE_WORDS * (place - 1)) as usize];
     }
     if any != 0 { 1 } else { 0 }
 }

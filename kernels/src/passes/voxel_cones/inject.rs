@@ -8,10 +8,10 @@ use super::build::{ISOTROPIC, PyramidParams, component, covered, leaf_areas};
 use super::storage::pack_radiance;
 use crate::geometry::bvh::{Hit, NO_TRIANGLE};
 use crate::geometry::lattice::{NO_VOXEL, voxel_at};
-use crate::math::{FRAC_1_PI, PI, abs, div, dot, floor, max, min, recip, sqrt, to_u32};
+use crate::math::{FRAC_1_PI, PI, dot, floor, max, min, recip, to_u32};
 use crate::passes::Accumulate;
 use crate::passes::light::incident_light;
-use crate::passes::light_map::{PROJECT_PARALLEL, PROJECT_PERSPECTIVE};
+use crate::passes::light_map::{PROJECT_PARALLEL, texel_measure};
 use crate::passes::material::{Reflectance, emitted_radiance, reflectance, texture_coordinates};
 use crate::passes::scene::{Light, Material, Triangle};
 use crate::passes::surface::geometric_normal;
@@ -52,6 +52,10 @@ gpu_struct! {
 fn leaf_at(params: &PhotonParams, blocks: &[u32], point: Vec3) -> u32 {
     // Voxels are centred on lattice points.
     let p = (point - params.lower.truncate()) * params.inverse_edge + Vec3::splat(0.5);
+    // Below 0 a coordinate would count as 0.
+    if !(p.x >= 0.0 && p.y >= 0.0 && p.z >= 0.0) {
+        return NO_VOXEL;
+    }
     let cell = UVec3::new(to_u32(floor(p.x)), to_u32(floor(p.y)), to_u32(floor(p.z)));
     let voxel = voxel_at(blocks, params.depth, 0, cell);
     if voxel == NO_VOXEL { NO_VOXEL } else { voxel - params.first }
@@ -80,28 +84,6 @@ pub fn mark_lit(
             output.or(leaf, 1);
         }
     }
-}
-
-/// Returns the solid angle of a texel of a map in steradians, or its area in m² for a sun's.
-#[inline]
-pub fn texel_measure(params: &PhotonParams, texel: u32) -> f32 {
-    let width = div(2.0, params.size as f32);
-    let x = ((texel % params.size) as f32 + 0.5) * width - 1.0;
-    let y = ((texel / params.size) as f32 + 0.5) * width - 1.0;
-    let side = width * params.spread;
-    if params.projection == PROJECT_PARALLEL {
-        return side * side;
-    }
-    // The cube of the distance to the texel on the map's plane (or octahedron, whose faces are at 1/√3).
-    let squared = if params.projection == PROJECT_PERSPECTIVE {
-        1.0 + (params.spread * params.spread) * (x * x + y * y)
-    } else {
-        let z = (1.0 - abs(x)) - abs(y);
-        let (fold_x, fold_y) = (1.0 - abs(y), 1.0 - abs(x));
-        if z >= 0.0 { (x * x + y * y) + z * z } else { (fold_x * fold_x + fold_y * fold_y) + z * z }
-    };
-    let area = if params.projection == PROJECT_PERSPECTIVE { side * side } else { width * width };
-    div(area, squared * sqrt(squared))
 }
 
 /// A photon with what it meets.
@@ -141,7 +123,8 @@ pub(super) fn photon_at(
     // Intensity times solid angle, or a sun's irradiance times area.
     let squared =
         if params.projection == PROJECT_PARALLEL { 1.0 } else { incident.distance * incident.distance };
-    let power = incident.irradiance * (squared * texel_measure(params, index));
+    let power =
+        incident.irradiance * (squared * texel_measure(params.projection, params.size, params.spread, index));
     let flat = geometric_normal(t);
     Photon {
         place: if leaf == NO_VOXEL { 0 } else { places[leaf as usize] },
@@ -236,7 +219,7 @@ pub fn inject_emission(
     let place = if part.area > 0.0 { places[part.leaf as usize] } else { 0 };
     if place > 0 && max(max(e.x, e.y), e.z) > 0.0 {
         let face = params.lower.w * params.lower.w;
-        let power = e * (PI * part.area * face * params.power_scale);
+        let power = e * (PI * part.clipped * face * params.power_scale);
         add_power(POWER_WORDS * (place - 1), power, part.normal, 0.5, output);
     }
 }

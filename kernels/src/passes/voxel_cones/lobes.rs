@@ -211,7 +211,10 @@ pub fn mirrored(radiance: &[u32], at: u32, direction: Vec3, cone: f32) -> Vec3 {
     let normals = 4.0 * length_to_variance(length(mean_normal));
     let variance = ((surface + light.variance) + normals) + cone;
     let exponent = max(recip(max(variance, 1.0e-4)) - 1.0, 0.0);
-    reflected * ((exponent + 2.0) * (0.5 * FRAC_1_PI) * pow_fast(cosine, exponent))
+    // The whole of the surface's own lobe, spread over the wider one.
+    let own = max(recip(max(surface, 1.0e-4)) - 1.0, 0.0);
+    let whole = div(own + 2.0, own + 1.0);
+    reflected * (whole * (exponent + 1.0) * (0.5 * FRAC_1_PI) * pow_fast(cosine, exponent))
 }
 
 /// Returns the mean normal behind these words and the variance of all lobes but the cone's; 0 where nothing is mirrored.

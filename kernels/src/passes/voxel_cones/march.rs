@@ -38,10 +38,58 @@ pub struct Met {
     pub occluded: f32,
 }
 
-/// Optical depth and radiance times depth per edge, at a point and along a direction.
-pub(super) struct Sample {
-    pub(super) density: f32,
-    pub(super) emitted: Vec3,
+/// Optical depth per edge at a point and along a direction, and what a medium tells of what is there, times that depth.
+pub(crate) struct Sample {
+    pub(crate) density: f32,
+    pub(crate) carried: Vec3,
+}
+
+impl Sample {
+    pub(crate) const EMPTY: Self = Self { density: 0.0, carried: Vec3::ZERO };
+}
+
+/// Voxels that cones go through.
+pub(crate) trait Medium {
+    /// Where the first voxel of a level is centred, in edges of the level.
+    const CENTRE: f32;
+
+    /// What the voxel at a point of a level, none beyond the last, has along `direction`; `cone` is the
+    /// [variance](cone_variance) of who looks.
+    fn voxel(&self, level: u32, point: UVec3, direction: Vec3, cone: f32) -> Sample;
+
+    /// The radiance of what is met, in stored units, from what samples carry of it; `width` is that of the voxels sampled,
+    /// in edges of level 0.
+    fn light(&self, carried: Vec3, direction: Vec3, width: f32) -> Vec3;
+}
+
+/// The voxels of a pyramid, which carry what they send.
+#[derive(Clone, Copy)]
+pub(crate) struct Pyramid<'a> {
+    pub(crate) depth: u32,
+    pub(crate) lobes: u32,
+    pub(crate) blocks: &'a [u32],
+    pub(crate) depths: &'a [u32],
+    pub(crate) places: &'a [u32],
+    pub(crate) radiance: &'a [u32],
+}
+
+impl Medium for Pyramid<'_> {
+    const CENTRE: f32 = 0.0;
+
+    #[inline]
+    fn voxel(&self, level: u32, point: UVec3, direction: Vec3, cone: f32) -> Sample {
+        let voxel = voxel_at(self.blocks, self.depth, level, point);
+        if voxel == NO_VOXEL {
+            return Sample::EMPTY;
+        }
+        sent_toward(voxel, direction, self.lobes, cone, self.depths, self.places, self.radiance)
+    }
+
+    #[inline]
+    fn light(&self, carried: Vec3, direction: Vec3, width: f32) -> Vec3 {
+        let _ = (direction, width);
+        carried
+    }
 }
 
 /// The six sides of a voxel as a ray meets them.
@@ -98,7 +146,7 @@ pub(super) fn sent_toward(
     let depth = unpack_depths(depths[voxel as usize]);
     let along = depth * direction;
     let density = (abs(along.x) + abs(along.y)) + abs(along.z);
-    let mut emitted = Vec3::ZERO;
+    let mut carried = Vec3::ZERO;
     let place = places[voxel as usize];
     if place > 0 {
         let at = RADIANCE_WORDS * (place - 1);
@@ -106,35 +154,35 @@ pub(super) fn sent_toward(
         sides.add(radiance[at as usize], radiance[(at + 1) as usize], along.x);
         sides.add(radiance[(at + 2) as usize], radiance[(at + 3) as usize], along.y);
         sides.add(radiance[(at + 4) as usize], radiance[(at + 5) as usize], along.z);
-        emitted = sides.sum();
+        carried = sides.sum();
         if lobes > 0 {
-            emitted += mirrored(radiance, lobes + LOBE_WORDS * (place - 1), direction, cone) * density;
+            carried += mirrored(radiance, lobes + LOBE_WORDS * (place - 1), direction, cone) * density;
         }
     }
-    Sample { density, emitted }
+    Sample { density, carried }
 }
 
 /// Interpolates one level between its eight voxels around a point.
 #[inline]
-fn sample_level(
+fn sample_level<M: Medium>(
     params: &ConeParams,
     ray: &Ray,
     level: u32,
     position: Vec3,
     cone: f32,
-    blocks: &[u32],
-    depths: &[u32],
-    places: &[u32],
-    radiance: &[u32],
+    medium: &M,
 ) -> Sample {
     let edge = (1u32 << level) as f32;
-    let p = position * div(1.0, edge);
+    let mut p = position * div(1.0, edge);
+    if M::CENTRE > 0.0 {
+        p -= Vec3::splat(M::CENTRE);
+    }
     let base = Vec3::new(floor(p.x), floor(p.y), floor(p.z));
     let f = p - base;
     let n = ray.normal;
     // Half of what a voxel spans along the normal, in its edges.
     let half = 0.5 * ((abs(n.x) + abs(n.y)) + abs(n.z));
-    let mut sum = Sample { density: 0.0, emitted: Vec3::ZERO };
+    let mut sum = Sample::EMPTY;
     let mut whole = 0.0;
     // Beyond −1 a coordinate would count as −1.
     let within = base.x >= -1.0 && base.y >= -1.0 && base.z >= -1.0;
@@ -147,7 +195,11 @@ fn sample_level(
                 * (if y == 1 { f.y } else { 1.0 - f.y })
                 * (if z == 1 { f.z } else { 1.0 - f.z });
             if half > 0.0 {
-                let height = div(dot((base + offset) * edge - ray.origin, n), edge);
+                let mut corner = base + offset;
+                if M::CENTRE > 0.0 {
+                    corner += Vec3::splat(M::CENTRE);
+                }
+                let height = div(dot(corner * edge - ray.origin, n), edge);
                 weight *= saturate(2.0 * (height - params.clearance * half));
             }
             let point = UVec3::new(
@@ -155,19 +207,17 @@ fn sample_level(
                 to_u32(base.y + 1.0).wrapping_add(y).wrapping_sub(1),
                 to_u32(base.z + 1.0).wrapping_add(z).wrapping_sub(1),
             );
-            let voxel =
-                if within && weight > 0.0 { voxel_at(blocks, params.depth, level, point) } else { NO_VOXEL };
             whole += weight;
-            if voxel != NO_VOXEL {
-                let sent = sent_toward(voxel, ray.direction, params.lobes, cone, depths, places, radiance);
+            if within && weight > 0.0 {
+                let sent = medium.voxel(level, point, ray.direction, cone);
                 sum.density += sent.density * weight;
-                sum.emitted += sent.emitted * weight;
+                sum.carried += sent.carried * weight;
             }
         });
     }
     // Voxels that do not count are as if unknown: the others stand for them.
     let scale = if whole > LEAST_WEIGHT { div(1.0, whole * edge) } else { 0.0 };
-    Sample { density: sum.density * scale, emitted: sum.emitted * scale }
+    Sample { density: sum.density * scale, carried: sum.carried * scale }
 }
 
 /// How far a ray from `origin` stays within the lattice [0, side]³; 0 if it starts outside and never enters.
@@ -187,16 +237,8 @@ fn exit_distance(origin: Vec3, direction: Vec3, side: f32) -> f32 {
 /// A step of s edges through a density σ takes 1 − e^(−σs) of what is left: VCT's step correction in closed form. Voxels
 /// are `params.width` times as wide as the cone; two levels are mixed by the fraction of the level.
 #[inline]
-pub fn march(
-    params: &ConeParams,
-    ray: &Ray,
-    blocks: &[u32],
-    depths: &[u32],
-    places: &[u32],
-    radiance: &[u32],
-) -> Met {
+pub(crate) fn march<M: Medium>(params: &ConeParams, ray: &Ray, medium: &M) -> Met {
     let side = (1u32 << params.depth) as f32;
-    // A voxel on the lattice's border reaches beyond it.
     let exit = exit_distance(ray.origin, ray.direction, side);
     let end = min(exit + max(diameter(exit, ray.tangent) * params.width, 1.0), ray.reach);
     let bound = step_count_bound(end, 1.0, params.step);
@@ -213,16 +255,17 @@ pub fn march(
         let lower = floor(level);
         let fraction = level - lower;
         let low = to_u32(lower);
-        let mut s = sample_level(params, ray, low, position, cone, blocks, depths, places, radiance);
+        let mut s = sample_level(params, ray, low, position, cone, medium);
         if fraction > 0.0 && low < params.depth {
-            let coarse = sample_level(params, ray, low + 1, position, cone, blocks, depths, places, radiance);
+            let coarse = sample_level(params, ray, low + 1, position, cone, medium);
             s.density += (coarse.density - s.density) * fraction;
-            s.emitted += (coarse.emitted - s.emitted) * fraction;
+            s.carried += (coarse.carried - s.carried) * fraction;
         }
         if s.density > 0.0 {
             let passed = exp(-(s.density * step));
             let taken = met.through * (1.0 - passed);
-            met.light += ratio(s.emitted, s.density) * taken;
+            let carried = ratio(s.carried, s.density);
+            met.light += medium.light(carried, ray.direction, exp2(level)) * taken;
             met.occluded += taken * distance_falloff(at, params.falloff);
             met.through *= passed;
         }

@@ -2,7 +2,7 @@
 
 use super::build::{component, leaf_albedo, leaf_areas};
 use super::inject::RADIANCE_WORDS;
-use super::march::{Ray, march};
+use super::march::{Medium, Pyramid, Ray, march};
 use super::storage::{pack_radiance, unpack_radiance};
 use crate::cone::ConeSum;
 use crate::geometry::bvh::NO_TRIANGLE;
@@ -18,6 +18,8 @@ use glam::{UVec4, Vec3, Vec4};
 pub const CONES_SEE_ENVIRONMENT: u32 = 1;
 /// [`ConeParams::flags`]: one radiance for all directions.
 pub const CONES_ISOTROPIC: u32 = 2;
+/// [`ConeParams::flags`]: binary voxels are filtered to their mean instead of to what they cover.
+pub const CONES_MEAN_OPACITY: u32 = 4;
 
 /// The tangent of the widest cone, 85°.
 const WIDEST: f32 = 11.43;
@@ -65,12 +67,20 @@ gpu_struct! {
         pub radiance_scale: f32,
         /// Words before the lobes in the radiance; 0 where there are none.
         pub lobes: u32,
+        /// Number of layered reflective shadow maps.
+        pub maps: u32,
+        /// The light of a shadow's cones.
+        pub light: u32,
+        /// Its radius in metres, or the tangent of a sun's half angle.
+        pub extent: f32,
+        /// Padding.
+        pub pad0: u32,
     }
 }
 
 /// A point in voxel edges of level 0.
 #[inline]
-fn on_lattice(params: &ConeParams, point: Vec3) -> Vec3 {
+pub(crate) fn on_lattice(params: &ConeParams, point: Vec3) -> Vec3 {
     (point - params.lower.truncate()) * params.inverse_edge
 }
 
@@ -81,6 +91,18 @@ fn hemisphere_cone(params: &ConeParams, origin: Vec3, normal: Vec3, number: u32)
     let direction = to_world(own.direction, normal);
     let tangent = if params.tangent > 0.0 { params.tangent } else { own.tangent };
     (Ray { origin, direction, normal, tangent, reach: params.reach }, own.weight)
+}
+
+/// The medium that a pyramid's buffers are.
+#[inline]
+fn pyramid<'a>(
+    params: &ConeParams,
+    blocks: &'a [u32],
+    depths: &'a [u32],
+    places: &'a [u32],
+    radiance: &'a [u32],
+) -> Pyramid<'a> {
+    Pyramid { depth: params.depth, lobes: params.lobes, blocks, depths, places, radiance }
 }
 
 /// Returns the cosine-weighted openness of pixel `index` in [0, 1] by cones: 1 where nothing occludes, and for no surface.
@@ -100,11 +122,12 @@ pub fn cone_openness(
     if s.triangle == NO_TRIANGLE {
         return 1.0;
     }
+    let medium = pyramid(params, blocks, depths, places, radiance);
     let origin = on_lattice(params, s.position.truncate());
     let mut sum = ConeSum::EMPTY;
     for number in 0..params.cones {
         let (ray, weight) = hemisphere_cone(params, origin, s.normal.truncate(), number);
-        let met = march(params, &ray, blocks, depths, places, radiance);
+        let met = march(params, &ray, &medium);
         sum = sum.with(Vec4::new(1.0 - met.occluded, 0.0, 0.0, 0.0), weight);
     }
     sum.mean(Vec4::ONE).x
@@ -162,7 +185,12 @@ pub fn cone_diffuse(
     places: &[u32],
     radiance: &[u32],
 ) -> Vec4 {
-    let s = &surfaces[index as usize];
+    diffuse_through(&surfaces[index as usize], params, &pyramid(params, blocks, depths, places, radiance))
+}
+
+/// [`cone_diffuse`] of a surface, through any voxels.
+#[inline]
+pub(crate) fn diffuse_through<M: Medium>(s: &Surface, params: &ConeParams, medium: &M) -> Vec4 {
     if s.triangle == NO_TRIANGLE {
         return Vec4::ZERO;
     }
@@ -170,7 +198,7 @@ pub fn cone_diffuse(
     let mut sum = ConeSum::EMPTY;
     for number in 0..params.cones {
         let (ray, weight) = hemisphere_cone(params, origin, s.normal.truncate(), number);
-        let met = march(params, &ray, blocks, depths, places, radiance);
+        let met = march(params, &ray, medium);
         sum = sum.with((met.light * params.radiance_unit).extend(met.through), weight);
     }
     sum.mean(Vec4::ZERO)
@@ -197,8 +225,19 @@ pub fn cone_specular(
     radiance: &[u32],
     texels: &[u32],
 ) -> Vec4 {
-    let s = &surfaces[index as usize];
-    let own = gloss[index as usize];
+    let medium = pyramid(params, blocks, depths, places, radiance);
+    specular_through(&surfaces[index as usize], gloss[index as usize], params, texels, &medium)
+}
+
+/// [`cone_specular`] of a surface with this specular colour and exponent, through any voxels.
+#[inline]
+pub(crate) fn specular_through<M: Medium>(
+    s: &Surface,
+    own: Vec4,
+    params: &ConeParams,
+    texels: &[u32],
+    medium: &M,
+) -> Vec4 {
     if s.triangle == NO_TRIANGLE || !(max(max(own.x, own.y), own.z) > 0.0) {
         return Vec4::ZERO;
     }
@@ -208,7 +247,7 @@ pub fn cone_specular(
     let tangent = if params.tangent > 0.0 { params.tangent } else { lobe_tangent(own.w) };
     let origin = on_lattice(params, position);
     let ray = Ray { origin, direction, normal, tangent, reach: params.reach };
-    let met = march(params, &ray, blocks, depths, places, radiance);
+    let met = march(params, &ray, medium);
     let mut light = met.light * params.radiance_unit;
     if params.flags & CONES_SEE_ENVIRONMENT != 0 {
         light += environment(params, texels, direction, tangent) * met.through;
@@ -247,10 +286,11 @@ pub fn bounce_radiance(
     };
     let point = unpack_point(points[leaf as usize]);
     let origin = Vec3::new(point.x as f32, point.y as f32, point.z as f32);
+    let medium = pyramid(params, blocks, depths, places, radiance);
     let mut sum = ConeSum::EMPTY;
     for number in 0..params.cones {
         let (ray, weight) = hemisphere_cone(params, origin, normal, number);
-        let met = march(params, &ray, blocks, depths, places, radiance);
+        let met = march(params, &ray, &medium);
         let mut light = met.light;
         if params.flags & CONES_SEE_ENVIRONMENT != 0 {
             light += environment(params, texels, ray.direction, ray.tangent)

@@ -70,7 +70,7 @@ pub fn draw_voxels(
                     seen = normal.extend(variance);
                 }
             } else if found {
-                let light = sent.emitted * div(v.radiance_unit, sent.density);
+                let light = sent.carried * div(v.radiance_unit, sent.density);
                 seen = light.extend(1.0 - exp(-sent.density));
             }
         }

@@ -1,7 +1,7 @@
 //! Which options set the knobs of the visibility filter?
 
-use super::Failure;
-use super::options::parse_size;
+use super::set;
+use crate::cli::options::parse_size;
 use crate::technique::visibility_filter::{Anchor, Clamp, Gather, Visibility, VisibilityFilter};
 use clap::{Args, ValueEnum};
 
@@ -9,9 +9,6 @@ use clap::{Args, ValueEnum};
 #[derive(Args, Clone, Default, PartialEq)]
 #[command(next_help_heading = "Visibility filter")]
 pub(crate) struct VisibilityFilterOptions {
-    /// Start from published settings: paper-cornell, paper-cornell-128, paper-sponza
-    #[arg(long, value_name = "NAME")]
-    preset: Option<String>,
     /// Point proxies on the whole scene
     #[arg(long, value_name = "N")]
     proxies: Option<u32>,
@@ -24,9 +21,6 @@ pub(crate) struct VisibilityFilterOptions {
     /// Coarse pixels at which visibility is found [default: a quarter of the picture's sides]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     marching: Option<(u32, u32)>,
-    /// Pixels at which light is gathered [default: half of the picture's sides]
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    illumination: Option<(u32, u32)>,
     /// Rays of a coarse pixel over its hemisphere
     #[arg(long, value_name = "N")]
     rays: Option<u32>,
@@ -138,25 +132,12 @@ fn parse_filter(text: &str) -> Result<(u32, u32), String> {
 }
 
 impl VisibilityFilterOptions {
-    /// The settings that the options ask for.
-    pub(crate) fn settings(&self) -> Result<VisibilityFilter, Failure> {
-        let mut s = match &self.preset {
-            None => VisibilityFilter::default(),
-            Some(name) => VisibilityFilter::preset(name).ok_or_else(|| {
-                Failure::Request(format!(
-                    "--preset {name}: visibility-filter has {}",
-                    VisibilityFilter::PRESETS.join(", ")
-                ))
-            })?,
-        };
-        fn set<T: Copy>(knob: &mut T, option: Option<T>) {
-            *knob = option.unwrap_or(*knob);
-        }
+    /// Sets the knobs that the options name.
+    pub(super) fn apply(&self, s: &mut VisibilityFilter) {
         set(&mut s.proxies, self.proxies);
         set(&mut s.overlap, self.overlap);
         set(&mut s.grid, self.grid);
         s.marching = self.marching.or(s.marching);
-        s.illumination = self.illumination.or(s.illumination);
         set(&mut s.rays, self.rays);
         set(&mut s.lobe_rays, self.lobe_rays);
         set(&mut s.filter, self.filter);
@@ -191,6 +172,5 @@ impl VisibilityFilterOptions {
             Some(AnchorChoice::World) => s.anchor = Anchor::World,
             None => {}
         }
-        Ok(s)
     }
 }

@@ -1,6 +1,5 @@
 //! Which options set the knobs of soft global illumination?
 
-use super::Failure;
 use crate::technique::soft_gi::{Exponential, Operator, SoftGi};
 use clap::{Args, ValueEnum};
 
@@ -8,9 +7,6 @@ use clap::{Args, ValueEnum};
 #[derive(Args, Clone, Default, PartialEq)]
 #[command(next_help_heading = "Soft global illumination")]
 pub(crate) struct SoftGiOptions {
-    /// Start from published settings: paper, paper-fast
-    #[arg(long, value_name = "NAME")]
-    soft_preset: Option<String>,
     /// Order of the spherical harmonics of light and shadow, 2 to 5
     #[arg(long, value_name = "N")]
     order: Option<u32>,
@@ -62,14 +58,8 @@ enum OperatorChoice {
 }
 
 impl SoftGiOptions {
-    /// The settings that the options ask for.
-    pub(crate) fn settings(&self) -> Result<SoftGi, Failure> {
-        let mut s = match &self.soft_preset {
-            None => SoftGi::default(),
-            Some(name) => SoftGi::preset(name).ok_or_else(|| {
-                Failure::Request(format!("--soft-preset {name}: soft-gi has {}", SoftGi::PRESETS.join(", ")))
-            })?,
-        };
+    /// Sets the knobs that the options name.
+    pub(super) fn apply(&self, s: &mut SoftGi) {
         s.order = self.order.unwrap_or(s.order);
         s.tau = self.tau.unwrap_or(s.tau);
         s.terms = self.terms.unwrap_or(s.terms);
@@ -90,6 +80,5 @@ impl SoftGiOptions {
             Some(OperatorChoice::Averaged) => Operator::Averaged,
             Some(OperatorChoice::Exact) => Operator::Exact,
         };
-        Ok(s)
     }
 }
