@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use twinlight::backend::{Backend, Cpu, Gpu, GpuOptions};
 use twinlight::scene::{Bounds, Camera, Scene, bvh::Bvh, light};
 use twinlight::technique::voxel_cones::{Lighting, Pyramid, VoxelCones, render_lit, render_openness};
-use twinlight::technique::{Job, View, World};
+use twinlight::technique::{Cones, Job, View, World};
 use twinlight_kernels::geometry::lattice::unpack_point;
 use twinlight_kernels::passes::elements::{Light, Triangle};
 
@@ -102,8 +102,8 @@ fn stages<B: Backend>(
         rows.push((what.to_owned(), own));
     }
     for degrees in [10.0, 20.0, 30.0, 60.0] {
-        let settings =
-            VoxelCones { half_angle: Some(0.5 * degrees), cones: 3, occlusion: true, ..settings.clone() };
+        let cones = Cones { half_angle: Some(0.5 * degrees), count: 3, ..settings.cones.clone() };
+        let settings = VoxelCones { cones, occlusion: true, ..settings.clone() };
         let rendered = render_openness(backend, &world, &pyramid, view, &Job::default(), &settings)?;
         let own = rendered.timings.iter().filter(|t| t.stage == "occlusion");
         rows.push((format!("occlusion, 3 cones of {degrees}°"), own.map(|t| t.nanoseconds * 1e-6).sum()));

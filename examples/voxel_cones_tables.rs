@@ -12,7 +12,7 @@ use tables::{COARSE, Result, SIDE, Subject, error, reference, subjects};
 use twinlight::backend::Cpu;
 use twinlight::scene::{Scene, bvh::Bvh};
 use twinlight::technique::voxel_cones::{self, VoxelCones, Voxelisation};
-use twinlight::technique::{Job, LightPart, View, World, ambient_occlusion};
+use twinlight::technique::{Cones, Job, LightPart, View, World, ambient_occlusion};
 
 /// What a line of the table changes.
 type Change = (&'static str, fn(&mut VoxelCones));
@@ -22,15 +22,15 @@ const CHANGES: [Change; 16] = [
     ("32³", |s| s.resolution = 32),
     ("64³", |s| s.resolution = 64),
     ("256³", |s| s.resolution = 256),
-    ("6 cones", |s| s.cones = 6),
-    ("32 cones", |s| s.cones = 32),
-    ("64 cones", |s| s.cones = 64),
-    ("64 cones, 256³", |s| (s.cones, s.resolution) = (64, 256)),
-    ("16 cones of 10°", |s| s.half_angle = Some(5.0)),
-    ("16 cones of 60°", |s| s.half_angle = Some(30.0)),
-    ("voxels as wide as cones", |s| s.width = 1.0),
-    ("step ½", |s| s.step = 0.5),
-    ("no clearance", |s| s.clearance = 0.0),
+    ("6 cones", |s| s.cones.count = 6),
+    ("32 cones", |s| s.cones.count = 32),
+    ("64 cones", |s| s.cones.count = 64),
+    ("64 cones, 256³", |s| (s.cones.count, s.resolution) = (64, 256)),
+    ("16 cones of 10°", |s| s.cones.half_angle = Some(5.0)),
+    ("16 cones of 60°", |s| s.cones.half_angle = Some(30.0)),
+    ("voxels as wide as cones", |s| s.cones.width = 1.0),
+    ("step ½", |s| s.cones.step = 0.5),
+    ("no clearance", |s| s.cones.clearance = 0.0),
     ("one value for all directions", |s| s.anisotropic = false),
     ("thin voxels", |s| s.voxelisation = Voxelisation::Thin),
     ("two bounces", |s| (s.bounces, s.bounce_cones) = (2, 16)),
@@ -71,7 +71,7 @@ fn occlusion(cpu: &mut Cpu, world: &World<Cpu>, view: &View, scene: &Scene) -> R
     let job = Job { rays: 256, falloff, ..Job::default() };
     let right = ambient_occlusion::render(cpu, world, &view.resized(COARSE, COARSE), &job)?.picture;
     println!("\n| occlusion, λ = {falloff:.2}/m | relative RMSE | mean ratio | ms |\n|---|---|---|---|");
-    for (what, cones, degrees, resolution) in [
+    for (what, count, degrees, resolution) in [
         ("16 cones", 16, None, 128),
         ("16 cones, 256³", 16, None, 256),
         ("3 cones of 10°", 3, Some(10.0), 128),
@@ -79,8 +79,8 @@ fn occlusion(cpu: &mut Cpu, world: &World<Cpu>, view: &View, scene: &Scene) -> R
         ("3 cones of 30°", 3, Some(30.0), 128),
         ("3 cones of 60°", 3, Some(60.0), 128),
     ] {
-        let half_angle = degrees.map(|d: f32| 0.5 * d);
-        let settings = VoxelCones { cones, half_angle, resolution, occlusion: true, ..Default::default() };
+        let cones = Cones { count, half_angle: degrees.map(|d: f32| 0.5 * d), ..Default::default() };
+        let settings = VoxelCones { cones, resolution, occlusion: true, ..Default::default() };
         let (rendered, _) = voxel_cones::render(cpu, world, view, &job, &settings)?;
         let error = error(&rendered.picture, &right)?;
         let own = rendered.timings.iter().filter(|t| t.stage == "occlusion");

@@ -6,6 +6,7 @@ use glam::{Mat3, Vec3};
 use twinlight::picture::Picture;
 use twinlight::report::error::picture_error;
 use twinlight::scene::{Camera, Scene};
+use twinlight::technique::Cones;
 use twinlight::technique::voxel_cones::VoxelCones;
 
 /// The Cornell box after a map of space, seen by the mapped camera.
@@ -35,7 +36,7 @@ fn seen(turn: Mat3, shift: Vec3, settings: &VoxelCones) -> Picture {
 }
 
 fn base_settings() -> VoxelCones {
-    VoxelCones { resolution: 64, cones: 32, ..Default::default() }
+    VoxelCones { resolution: 64, cones: Cones { count: 32, ..Cones::default() }, ..Default::default() }
 }
 
 #[test]
@@ -68,7 +69,13 @@ fn places_and_axes_do_not_matter() {
 
 #[test]
 fn steps_do_not_matter() {
-    let with = |step: f32| seen(Mat3::IDENTITY, Vec3::ZERO, &VoxelCones { step, ..base_settings() });
+    let with = |step: f32| {
+        seen(
+            Mat3::IDENTITY,
+            Vec3::ZERO,
+            &VoxelCones { cones: Cones { step, ..base_settings().cones }, ..base_settings() },
+        )
+    };
     let fine = with(0.125);
     for step in [0.25, 0.5, 1.0] {
         let e = picture_error(&with(step), &fine).unwrap();

@@ -6,9 +6,10 @@ use glam::{Vec3, Vec4};
 use twinlight::picture::Picture;
 use twinlight::scene::{Environment, Scene, light};
 use twinlight::technique::reference::Bounces;
-use twinlight::technique::voxel_cones::{Lighting, Pyramid, VoxelCones};
-use twinlight::technique::{Job, LightPart, World};
+use twinlight::technique::voxel_cones::{Lighting, Pyramid, VoxelCones, Voxelisation};
+use twinlight::technique::{Cones, Job, LightPart, World};
 use twinlight_kernels::geometry::lattice::unpack_point;
+use twinlight_kernels::passes::scene::Material;
 use twinlight_kernels::passes::voxel_cones::storage::unpack_radiance;
 
 fn at(resolution: u32) -> VoxelCones {
@@ -114,7 +115,13 @@ fn green_share(anisotropic: bool) -> f32 {
     quad(&mut s, side(1.0, true), grey(1.0));
     s.lights = vec![light::point(v(0.5, 0.0, 0.0), Vec3::ONE), light::point(v(-0.6, 0.0, 0.0), Vec3::ONE)];
     let view = view(&camera(v(0.5, 0.0, 0.0), v(1.0, 0.0, 0.0), 60.0), 16, 16);
-    let mean = indirect(&s, &view, &VoxelCones { anisotropic, cones: 6, ..at(64) }, false).mean();
+    let mean = indirect(
+        &s,
+        &view,
+        &VoxelCones { anisotropic, cones: Cones { count: 6, ..Cones::default() }, ..at(64) },
+        false,
+    )
+    .mean();
     assert!(mean.x > 0.02, "the red wall lights the receiver: {mean}");
     mean.y / mean.x
 }
@@ -203,7 +210,12 @@ fn emissive_surfaces_shine_directly_and_once_more() {
     square(&mut s, 1.0, 1.0, false, emitter(0.0, 1.0));
     quad(&mut s, [v(-1.0, 0.0, -1.0), v(1.0, 0.0, -1.0), v(1.0, 1.0, -1.0), v(-1.0, 1.0, -1.0)], grey(0.8));
     let view = view(&camera(v(0.0, 0.4, 1.9), v(0.0, 0.0, 0.0), 40.0), 24, 24);
-    let settings = VoxelCones { cones: 32, bounce_cones: 16, illumination: Some((24, 24)), ..at(64) };
+    let settings = VoxelCones {
+        cones: Cones { count: 32, ..Cones::default() },
+        bounce_cones: 16,
+        illumination: Some((24, 24)),
+        ..at(64)
+    };
     let lit = |part, emissive| {
         let job = Job { rays: 256, light: part, ..Job::default() };
         render_on(&mut cpu(), &s, &view, &job, &settings, emissive).0.picture.mean().y
@@ -292,4 +304,27 @@ fn settings_of(samples: u32) -> twinlight::technique::reference::Reference {
         emissive: false,
         ..crate::support::settings(Bounces::Count(1), samples)
     }
+}
+
+#[test]
+fn what_emits_sends_as_much_however_it_is_voxelised() {
+    // Many small triangles in each voxel: counted once each, they would send many times as much.
+    let mut s = scene();
+    room(&mut s, v(1.0, 1.0, 1.0), 0.0, grey(0.5));
+    let emitter = Material { emission: Vec3::splat(2.0).extend(0.0), ..grey(0.0) };
+    let n = 24;
+    for i in 0..n * n {
+        let at = |i: i32| -0.4 + 0.8 * i as f32 / n as f32;
+        let (x, z) = (i % n, i / n);
+        let corner = |x: i32, z: i32| v(at(x), 0.9, at(z));
+        quad(&mut s, [corner(x, z), corner(x + 1, z), corner(x + 1, z + 1), corner(x, z + 1)], emitter);
+    }
+    let view = view(&camera(v(0.0, 0.0, 0.9), v(0.0, -0.2, 0.0), 60.0), 16, 16);
+    let mean = |voxelisation| {
+        let settings = VoxelCones { voxelisation, resolution: 32, bounce_cones: 16, ..Default::default() };
+        indirect(&s, &view, &settings, true).mean().y
+    };
+    let (area, thin) = (mean(Voxelisation::Area), mean(Voxelisation::Thin));
+    println!("by area {area:.4}, thin {thin:.4}");
+    assert!(area > 0.0 && (thin / area - 1.0).abs() < 0.2, "{area}, {thin}");
 }

@@ -8,8 +8,9 @@ use twinlight::report::error::picture_error;
 use twinlight::scene::{Scene, light};
 use twinlight::technique::reference::{Bounces, Reference};
 use twinlight::technique::voxel_cones::VoxelCones;
-use twinlight::technique::{Job, LightPart};
+use twinlight::technique::{Cones, Job, LightPart};
 use twinlight_kernels::passes::material::phong_lobe;
+use twinlight_kernels::passes::scene::Material;
 use twinlight_kernels::passes::voxel_cones::lobes::{cone_variance, mirrored, pack_mean, unpack_mean};
 use twinlight_kernels::passes::voxel_cones::storage::pack_radiance;
 use twinlight_kernels::sampling::hash::{hash, unit_float};
@@ -71,7 +72,8 @@ fn wider_lobes_send_as_much() {
         }
         let whole = sum * 4.0 * std::f64::consts::PI / f64::from(count);
         println!("cone {cone}, mean of length {shortness}: {whole:.3}");
-        assert!((1.0..=2.03).contains(&whole), "{whole}");
+        // The axis is the normal: nothing of the lobe is cut off. Means are kept to 0.001, angles are summed by 40,000 points.
+        assert!((whole - 10.0 / 9.0).abs() < 0.03, "{whole}");
     }
     assert!((cone_variance(1.0) - 0.1716).abs() < 1e-3, "tan²(22.5°)");
     // Nothing known of directions: as good as a dull surface.
@@ -98,7 +100,8 @@ fn a_metal_block_throws_its_patch() {
     }
     let view = view(&s.view(), 48, 48);
     let right = reference(&s);
-    let settings = VoxelCones { cones: 32, resolution: 64, ..Default::default() };
+    let settings =
+        VoxelCones { cones: Cones { count: 32, ..Cones::default() }, resolution: 64, ..Default::default() };
     let with = picture_error(&indirect(&s, &view, &settings, false), &right).unwrap();
     let without = picture_error(&indirect(&dull, &view, &settings, false), &right).unwrap();
     println!("with lobes {with:?}\nwithout {without:?}");
@@ -121,18 +124,23 @@ fn dull_scenes_have_no_lobes() {
 
 #[test]
 fn a_second_bounce_keeps_the_lobes() {
-    let mut s = scene();
-    square(&mut s, 0.0, 1.0, true, metal(0.9, 0.5));
-    quad(&mut s, [v(-1.0, 0.0, -1.0), v(1.0, 0.0, -1.0), v(1.0, 1.5, -1.0), v(-1.0, 1.5, -1.0)], grey(0.5));
-    s.lights =
-        vec![light::spot(v(0.0, 1.4, 0.9), v(0.0, -0.9, -0.6).normalize(), Vec3::splat(4.0), 0.2, 0.3)];
-    let view = view(&camera(v(0.0, 0.7, 2.0), v(0.0, 0.7, -1.0), 40.0), 24, 24);
-    let mean = |bounces| {
-        indirect(&s, &view, &VoxelCones { bounces, cones: 32, resolution: 64, ..Default::default() }, false)
-            .mean()
-            .y
-    };
-    let (one, two) = (mean(1), mean(2));
-    println!("one bounce {one:.4}, two {two:.4}");
-    assert!(one > 0.0 && two >= 0.999 * one && two < 1.6 * one, "{one}, {two}");
+    // The last floor reflects nothing diffusely: all that its leaves hold is lobes.
+    let black = Material { base: Vec3::ZERO.extend(1.0), metallic: 0.0, roughness: 0.4, ..metal(0.9, 0.5) };
+    for floor in [metal(0.9, 0.5), black] {
+        let mut s = scene();
+        square(&mut s, 0.0, 1.0, true, floor);
+        let wall = [v(-1.0, 0.0, -1.0), v(1.0, 0.0, -1.0), v(1.0, 1.5, -1.0), v(-1.0, 1.5, -1.0)];
+        quad(&mut s, wall, grey(0.5));
+        let down = v(0.0, -0.9, -0.6).normalize();
+        s.lights = vec![light::spot(v(0.0, 1.4, 0.9), down, Vec3::splat(4.0), 0.2, 0.3)];
+        let view = view(&camera(v(0.0, 0.7, 2.0), v(0.0, 0.7, -1.0), 40.0), 24, 24);
+        let mean = |bounces| {
+            let cones = Cones { count: 32, ..Cones::default() };
+            let settings = VoxelCones { bounces, cones, resolution: 64, ..Default::default() };
+            indirect(&s, &view, &settings, false).mean().y
+        };
+        let (one, two) = (mean(1), mean(2));
+        println!("one bounce {one:.4}, two {two:.4}");
+        assert!(one > 0.0 && two >= 0.999 * one && two < 1.6 * one, "{one}, {two}");
+    }
 }

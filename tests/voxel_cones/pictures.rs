@@ -11,7 +11,7 @@ use twinlight::technique::reference::{Bounces, Reference};
 use twinlight::technique::voxel_cones::{
     self, DUMPS, Lighting, Pyramid, VoxelCones, Voxelisation, render_lit,
 };
-use twinlight::technique::{Job, LightPart, View, World, ambient_occlusion};
+use twinlight::technique::{Cones, Job, LightPart, View, World, ambient_occlusion};
 
 const SIDE: u32 = 48;
 
@@ -61,7 +61,8 @@ fn occlusion_agrees_with_rays() {
     };
     let e = with(at(128), "128³");
     assert!((e.mean_ratio - 1.0).abs() < 0.06 && e.relative_rmse < 0.09, "{e:?}");
-    let bare = with(VoxelCones { clearance: 0.0, ..at(128) }, "no clearance");
+    let bare =
+        with(VoxelCones { cones: Cones { clearance: 0.0, ..Cones::default() }, ..at(128) }, "no clearance");
     assert!(bare.relative_rmse > 2.0 * e.relative_rmse, "negative control: {bare:?}");
     let mut empty = scene();
     square(&mut empty, 0.0, 1.0, true, grey(0.5));
@@ -73,7 +74,12 @@ fn occlusion_agrees_with_rays() {
 
 /// Small settings.
 fn small() -> VoxelCones {
-    VoxelCones { resolution: 32, cones: 5, light_map: 96, ..Default::default() }
+    VoxelCones {
+        resolution: 32,
+        cones: Cones { count: 5, ..Cones::default() },
+        light_map: 96,
+        ..Default::default()
+    }
 }
 
 #[test]
@@ -180,16 +186,28 @@ fn odd_scenes_and_settings_are_finite() {
         let view = view(&s.view(), 20, 16);
         for settings in [
             VoxelCones { resolution: 8, ..small() },
-            VoxelCones { voxelisation: Voxelisation::Thin, half_angle: Some(85.0), ..small() },
             VoxelCones {
-                half_angle: Some(0.5),
-                step: 1.0 / 64.0,
+                voxelisation: Voxelisation::Thin,
+                cones: Cones { half_angle: Some(85.0), ..small().cones },
+                ..small()
+            },
+            VoxelCones {
+                cones: Cones { half_angle: Some(0.5), step: 1.0 / 64.0, count: 1, ..small().cones },
                 resolution: 16,
-                cones: 1,
                 bounce_cones: 2,
                 ..small()
             },
-            VoxelCones { start: 0.0, clearance: 0.0, cutoff: 0.5, width: 4.0, step: 64.0, ..small() },
+            VoxelCones {
+                cones: Cones {
+                    start: 0.0,
+                    clearance: 0.0,
+                    cutoff: 0.5,
+                    width: 4.0,
+                    step: 64.0,
+                    ..small().cones
+                },
+                ..small()
+            },
         ] {
             let dumps = DUMPS.iter().map(|d| (*d).to_owned()).collect();
             let job = Job { rays: 2, check_finite: true, dumps, ..Job::default() };

@@ -10,7 +10,7 @@ use twinlight_kernels::geometry::lattice::{NO_VOXEL, nth_bit, point_of, unpack_p
 use twinlight_kernels::passes::elements::ConeParams;
 use twinlight_kernels::passes::voxel_cones::build::{AREA_SCALE, LEAF_WORDS};
 use twinlight_kernels::passes::voxel_cones::clip::part_in_cube;
-use twinlight_kernels::passes::voxel_cones::march::{Ray, march};
+use twinlight_kernels::passes::voxel_cones::march::{self, Ray, march};
 use twinlight_kernels::passes::voxel_cones::storage::{
     pack_depths, pack_radiance, unpack_depths, unpack_radiance,
 };
@@ -170,7 +170,15 @@ fn depth_through(b: &Built, from: Vec3, direction: Vec3, tangent: f32, step: f32
     let params = ConeParams { depth: p.depth, width: 1.0, step, cutoff: 0.0, ..Default::default() };
     let ray = Ray { origin, direction, normal: Vec3::ZERO, tangent, reach: 1e9 };
     let dark = vec![0; b.depths.len()];
-    -march(&params, &ray, &b.blocks, &b.depths, &dark, &[0]).through.max(1e-12).ln()
+    let medium = march::Pyramid {
+        depth: p.depth,
+        lobes: 0,
+        blocks: &b.blocks,
+        depths: &b.depths,
+        places: &dark,
+        radiance: &[0],
+    };
+    -march(&params, &ray, &medium).through.max(1e-12).ln()
 }
 
 #[test]
@@ -253,17 +261,25 @@ fn interpolated_opacities_would_leak() {
 #[test]
 fn interpolation_is_continuous_across_blocks() {
     let b = Built::new(&wall(0.4), &at(32));
-    let worst = |step: f32| {
-        let mut worst = 0.0f32;
-        for i in 0..400 {
-            let at = |i: f32| depth_through(&b, v(-0.95, -0.5 + step * i, 0.11), Vec3::X, 0.3, 0.5);
-            worst = worst.max((at(i as f32) - at(i as f32 + 1.0)).abs());
-        }
-        worst
+    let p = b.pyramid.params;
+    // Blocks are four lattice points wide: between 11 and 12 interpolation takes from two of them.
+    let border = p.lower.truncate() + Vec3::splat(11.5) * p.lower.w;
+    let worst = |along: Vec3, step: f32| {
+        let at = |i: f32| {
+            let from =
+                (v(-0.95, border.y, 0.11) + v(0.0, 0.0, border.z - 0.11) * along.z) + along * (step * i);
+            depth_through(&b, from, Vec3::X, 0.3, 0.5)
+        };
+        // Each span crosses lattice points 11 and 12.
+        let half = (0.75 * p.lower.w / step) as i32;
+        (-half..half).map(|i| (at(i as f32) - at(i as f32 + 1.0)).abs()).fold(0.0f32, f32::max)
     };
-    let (coarse, fine) = (worst(1e-3), worst(1e-4));
-    println!("largest jump {coarse:.2e} at 1 mm, {fine:.2e} at 0.1 mm");
-    assert!(fine < 0.3 * coarse.max(1e-3), "{coarse}, {fine}");
+    for along in [Vec3::Y, Vec3::Z] {
+        let (coarse, fine) = (worst(along, 1e-3), worst(along, 1e-4));
+        println!("along {along}: largest jump {coarse:.2e} at 1 mm, {fine:.2e} at 0.1 mm");
+        assert!(coarse > 1e-3, "negative control: something changes along the scan");
+        assert!(fine < 0.3 * coarse, "{coarse}, {fine}");
+    }
 }
 
 #[test]

@@ -49,8 +49,8 @@ fn depths(map: &LightMapParams, bounds: &Bounds) -> (f32, f32) {
     (near, (0..8).map(|i| corner(i).distance(origin)).fold(near, f32::max))
 }
 
-/// The layers of a light's map of which the first word is `first`.
-fn layered(map: &LightMapParams, bounds: &Bounds, settings: &LayeredRsm, first: u32) -> LayeredMap {
+/// Returns the layers of a light's map whose first word among all is `first`, ready to be looked up.
+pub fn layered_map(map: &LightMapParams, bounds: &Bounds, settings: &LayeredRsm, first: u32) -> LayeredMap {
     let (near, far) = depths(map, bounds);
     let thickness = (far - near).max(1.0e-6 * far.abs()).max(1.0e-9) / settings.depth_layers as f32;
     let levels = settings.levels();
@@ -130,7 +130,7 @@ impl<B: Backend> LayeredMaps<B> {
         let mut host = Vec::new();
         for (number, light) in lights.enumerate() {
             let map = reflective_map(backend, world, light, settings.map, radiance_scale)?;
-            let own = layered(&map.params, &world.bounds, settings, words * number as u32);
+            let own = layered_map(&map.params, &world.bounds, settings, words * number as u32);
             split(backend, &own, &map.texels, &mut layers)?;
             host.push(own);
         }

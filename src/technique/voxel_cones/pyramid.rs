@@ -6,6 +6,7 @@ use crate::primitives::exclusive_scan;
 use crate::scene::Bounds;
 use crate::technique::World;
 use crate::technique::voxelised::{Pairs, lattice, place, refine};
+use glam::Vec3;
 use std::ops::Range;
 use twinlight_kernels::geometry::lattice::{BLOCK_WORDS, block_count, blocks_along, level_offset};
 use twinlight_kernels::passes::elements::{PyramidParams, VoxeliseParams};
@@ -66,6 +67,13 @@ impl<B: Backend> Pyramid<B> {
             let points = &s.points[params.level as usize];
             backend.filter_depths(params, points, &s.blocks, children, output, count)
         })
+    }
+
+    /// Whether a box lies within the lattice; of what does not, the part outside is left out.
+    pub fn holds(&self, bounds: &Bounds) -> bool {
+        let (edge, side) = (self.params.lower.w, (1u32 << self.params.depth) as f32);
+        let corner = self.params.lower.truncate() - Vec3::splat(0.5 * edge);
+        bounds.min.cmpge(corner).all() && bounds.max.cmple(corner + Vec3::splat(side * edge)).all()
     }
 
     /// The pyramid of what this one holds and of further triangles: those of moving meshes, where they are now.

@@ -2,6 +2,7 @@
 
 mod arrays;
 mod evaluate;
+mod layered;
 mod proxies;
 mod scene;
 mod soft;
@@ -13,6 +14,7 @@ mod voxels;
 
 pub use arrays::*;
 pub use evaluate::*;
+pub use layered::*;
 pub use proxies::*;
 pub use scene::*;
 pub use soft::*;

@@ -206,8 +206,10 @@ pub fn mark_bright(draw: &mut Draw) -> Vec<case::mark_bright> {
     Voxelised::all(draw)
         .map(|v| case::mark_bright {
             launch: items("leaves", v.params.leaves as usize),
-            params: v.params,
+            params: PyramidParams { lobes: v.radiance.len() as u32, ..v.params },
             radiance: bounced(&v),
+            places: v.all_places(),
+            direct: v.radiance_and_lobes(),
         })
         .into()
 }

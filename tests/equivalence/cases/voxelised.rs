@@ -51,13 +51,13 @@ pub(super) struct Voxelised {
     pub(super) lobes: Vec<u32>,
 }
 
-fn scatter(len: u32, items: u32, mut item: impl FnMut(u32, &mut Cells)) -> Vec<u32> {
+pub(super) fn scatter(len: u32, items: u32, mut item: impl FnMut(u32, &mut Cells)) -> Vec<u32> {
     let mut cells = Cells(vec![0; len as usize]);
     (0..items).for_each(|i| item(i, &mut cells));
     cells.0
 }
 
-fn map<T>(items: u32, item: impl FnMut(u32) -> T) -> Vec<T> {
+pub(super) fn map<T>(items: u32, item: impl FnMut(u32) -> T) -> Vec<T> {
     (0..items).map(item).collect()
 }
 

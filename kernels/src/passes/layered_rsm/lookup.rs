@@ -70,18 +70,21 @@ gpu_struct! {
 
 /// The maps of several lights, and how a point's place is told to them.
 #[derive(Clone, Copy)]
-pub(crate) struct Maps<'a> {
-    pub(crate) count: u32,
+pub struct Maps<'a> {
+    /// Number of maps.
+    pub count: u32,
     /// Lattice point (0, 0, 0) in metres; w is the voxel edge, metres.
-    pub(crate) lower: Vec4,
-    pub(crate) maps: &'a [LayeredMap],
-    pub(crate) layers: &'a [u32],
+    pub lower: Vec4,
+    /// One for each light.
+    pub maps: &'a [LayeredMap],
+    /// Their layers.
+    pub layers: &'a [u32],
 }
 
 impl Maps<'_> {
     /// What surfaces at a point of the lattice send against `direction`; voxels of `width` edges were met there.
     #[inline]
-    pub(crate) fn radiance(&self, point: Vec3, direction: Vec3, width: f32) -> Vec3 {
+    pub fn radiance(&self, point: Vec3, direction: Vec3, width: f32) -> Vec3 {
         let position = self.lower.truncate() + point * self.lower.w;
         let mut sum = Vec3::ZERO;
         for number in 0..self.count {

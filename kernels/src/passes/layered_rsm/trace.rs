@@ -8,7 +8,7 @@ use glam::Vec4;
 
 /// The voxels alone.
 #[inline]
-pub(super) fn occluders<'a>(params: &ConeParams, voxels: &'a [u32]) -> Occluders<'a> {
+pub fn occluders<'a>(params: &ConeParams, voxels: &'a [u32]) -> Occluders<'a> {
     Occluders { depth: params.depth, mean: params.flags & CONES_MEAN_OPACITY != 0, voxels }
 }
 

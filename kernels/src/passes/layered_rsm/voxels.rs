@@ -154,11 +154,13 @@ fn depth_of(share: f32) -> f32 {
 
 /// Binary voxels with their levels: they stop light, and tell where they are.
 #[derive(Clone, Copy)]
-pub(crate) struct Occluders<'a> {
-    pub(crate) depth: u32,
+pub struct Occluders<'a> {
+    /// log₂ of the voxels along each side.
+    pub depth: u32,
     /// Whether levels hold means.
-    pub(crate) mean: bool,
-    pub(crate) voxels: &'a [u32],
+    pub mean: bool,
+    /// Bits, then levels of bytes.
+    pub voxels: &'a [u32],
 }
 
 impl Medium for Occluders<'_> {
@@ -197,9 +199,11 @@ impl Medium for Occluders<'_> {
 
 /// Occluders, and the maps that say what surfaces within them send.
 #[derive(Clone, Copy)]
-pub(crate) struct BinaryVoxels<'a> {
-    pub(crate) occluders: Occluders<'a>,
-    pub(crate) maps: Maps<'a>,
+pub struct BinaryVoxels<'a> {
+    /// The voxels.
+    pub occluders: Occluders<'a>,
+    /// The maps.
+    pub maps: Maps<'a>,
 }
 
 impl Medium for BinaryVoxels<'_> {

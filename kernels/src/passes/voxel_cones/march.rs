@@ -39,17 +39,21 @@ pub struct Met {
 }
 
 /// Optical depth per edge at a point and along a direction, and what a medium tells of what is there, times that depth.
-pub(crate) struct Sample {
-    pub(crate) density: f32,
-    pub(crate) carried: Vec3,
+#[derive(Clone, Copy)]
+pub struct Sample {
+    /// Optical depth per edge of level 0, or of the voxel for a voxel.
+    pub density: f32,
+    /// That times what the medium tells.
+    pub carried: Vec3,
 }
 
 impl Sample {
-    pub(crate) const EMPTY: Self = Self { density: 0.0, carried: Vec3::ZERO };
+    /// Nothing.
+    pub const EMPTY: Self = Self { density: 0.0, carried: Vec3::ZERO };
 }
 
 /// Voxels that cones go through.
-pub(crate) trait Medium {
+pub trait Medium {
     /// Where the first voxel of a level is centred, in edges of the level.
     const CENTRE: f32;
 
@@ -64,13 +68,19 @@ pub(crate) trait Medium {
 
 /// The voxels of a pyramid, which carry what they send.
 #[derive(Clone, Copy)]
-pub(crate) struct Pyramid<'a> {
-    pub(crate) depth: u32,
-    pub(crate) lobes: u32,
-    pub(crate) blocks: &'a [u32],
-    pub(crate) depths: &'a [u32],
-    pub(crate) places: &'a [u32],
-    pub(crate) radiance: &'a [u32],
+pub struct Pyramid<'a> {
+    /// Depth of the pyramid.
+    pub depth: u32,
+    /// Words before the lobes in the radiance; 0 where there are none.
+    pub lobes: u32,
+    /// Blocks of all levels.
+    pub blocks: &'a [u32],
+    /// Optical depths of all voxels.
+    pub depths: &'a [u32],
+    /// Numbers, plus one, of the lit voxels.
+    pub places: &'a [u32],
+    /// What they send.
+    pub radiance: &'a [u32],
 }
 
 impl Medium for Pyramid<'_> {
@@ -237,7 +247,7 @@ fn exit_distance(origin: Vec3, direction: Vec3, side: f32) -> f32 {
 /// A step of s edges through a density σ takes 1 − e^(−σs) of what is left: VCT's step correction in closed form. Voxels
 /// are `params.width` times as wide as the cone; two levels are mixed by the fraction of the level.
 #[inline]
-pub(crate) fn march<M: Medium>(params: &ConeParams, ray: &Ray, medium: &M) -> Met {
+pub fn march<M: Medium>(params: &ConeParams, ray: &Ray, medium: &M) -> Met {
     let side = (1u32 << params.depth) as f32;
     let exit = exit_distance(ray.origin, ray.direction, side);
     let end = min(exit + max(diameter(exit, ray.tangent) * params.width, 1.0), ray.reach);

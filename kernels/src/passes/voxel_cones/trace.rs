@@ -78,9 +78,9 @@ gpu_struct! {
     }
 }
 
-/// A point in voxel edges of level 0.
+/// Returns a point in voxel edges of level 0.
 #[inline]
-pub(crate) fn on_lattice(params: &ConeParams, point: Vec3) -> Vec3 {
+pub fn on_lattice(params: &ConeParams, point: Vec3) -> Vec3 {
     (point - params.lower.truncate()) * params.inverse_edge
 }
 
@@ -188,9 +188,9 @@ pub fn cone_diffuse(
     diffuse_through(&surfaces[index as usize], params, &pyramid(params, blocks, depths, places, radiance))
 }
 
-/// [`cone_diffuse`] of a surface, through any voxels.
+/// Returns [`cone_diffuse`] of a surface, through any voxels.
 #[inline]
-pub(crate) fn diffuse_through<M: Medium>(s: &Surface, params: &ConeParams, medium: &M) -> Vec4 {
+pub fn diffuse_through<M: Medium>(s: &Surface, params: &ConeParams, medium: &M) -> Vec4 {
     if s.triangle == NO_TRIANGLE {
         return Vec4::ZERO;
     }
@@ -229,9 +229,9 @@ pub fn cone_specular(
     specular_through(&surfaces[index as usize], gloss[index as usize], params, texels, &medium)
 }
 
-/// [`cone_specular`] of a surface with this specular colour and exponent, through any voxels.
+/// Returns [`cone_specular`] of a surface with this specular colour and exponent, through any voxels.
 #[inline]
-pub(crate) fn specular_through<M: Medium>(
+pub fn specular_through<M: Medium>(
     s: &Surface,
     own: Vec4,
     params: &ConeParams,
