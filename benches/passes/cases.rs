@@ -2,6 +2,8 @@
 
 #[path = "evaluate.rs"]
 mod evaluate;
+#[path = "layered.rs"]
+mod layered;
 #[path = "soft.rs"]
 mod soft;
 #[path = "visibility.rs"]
@@ -10,6 +12,7 @@ mod visibility;
 mod voxels;
 
 pub use evaluate::*;
+pub use layered::*;
 pub use soft::*;
 pub use visibility::*;
 pub use voxels::*;
@@ -62,6 +65,7 @@ pub struct Samples {
     visible: CpuBuffer<u32>,
     filter: Filter,
     voxels: Voxels,
+    layered: Layered,
     soft: Soft,
 }
 
@@ -94,8 +98,22 @@ impl Samples {
         )?;
         let filter = Filter::new(cpu, &w, &camera, &surfaces, &gloss)?;
         let voxels = Voxels::new(cpu, &w)?;
+        let layered = Layered::new(cpu, &w)?;
         let soft = Soft::new(cpu, &scene, &surfaces)?;
-        Ok(Self { world: w, camera, light, gather, hits, surfaces, gloss, visible, filter, voxels, soft })
+        Ok(Self {
+            world: w,
+            camera,
+            light,
+            gather,
+            hits,
+            surfaces,
+            gloss,
+            visible,
+            filter,
+            voxels,
+            layered,
+            soft,
+        })
     }
 
     fn tree(&self) -> (Vec<BvhNode>, Vec<TriangleBlock>) {

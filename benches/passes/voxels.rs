@@ -41,6 +41,11 @@ impl Voxels {
         (PyramidParams { power_scale: 1.0, radiance_scale: 1.0, ..params }, count)
     }
 
+    /// Pairs of voxels and triangles.
+    pub fn pairs(&self) -> (PyramidParams, Words) {
+        (self.params(0).0, copy(&self.pyramid.pairs))
+    }
+
     fn blocks(&self) -> Words {
         copy(&self.pyramid.blocks)
     }
@@ -319,9 +324,10 @@ pub fn add_bounce(s: &Samples) -> Case<ConeParams, (Words, Words, Words)> {
     map(v.cones(s), (places, radiance, bounced), items)
 }
 
-pub fn mark_bright(s: &Samples) -> Case<PyramidParams, (Words,)> {
+pub fn mark_bright(s: &Samples) -> Case<PyramidParams, (Words, Words, Words)> {
     let (params, leaves) = s.voxels.params(0);
-    map(params, (s.voxels.leaf_words(),), leaves)
+    let (_, _, places, radiance) = s.voxels.structure();
+    map(params, (s.voxels.leaf_words(), places, radiance), leaves)
 }
 
 pub fn keep_lit(s: &Samples) -> Case<PyramidParams, (Words, Words)> {

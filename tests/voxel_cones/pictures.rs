@@ -31,9 +31,14 @@ fn the_cornell_box_is_as_bright_as_it_should_be_and_better_with_more_cones() {
     let view = view(&s.view(), SIDE, SIDE);
     let settings = Reference { emissive: false, ..settings(Bounces::Count(1), 2048) };
     let right = trace(&s, &view, &settings).indirect;
-    let with = |cones, resolution| {
-        let got = indirect(&s, &view, &VoxelCones { cones, ..at(resolution) }, false);
-        error(&got, &right, &format!("{cones} cones, {resolution}³"))
+    let with = |count, resolution| {
+        let got = indirect(
+            &s,
+            &view,
+            &VoxelCones { cones: Cones { count, ..Cones::default() }, ..at(resolution) },
+            false,
+        );
+        error(&got, &right, &format!("{count} cones, {resolution}³"))
     };
     let (few, some, many) = (with(6, 64), with(16, 64), with(48, 64));
     assert!((some.mean_ratio - 1.0).abs() < 0.06 && some.relative_rmse < 0.4, "{some:?}");

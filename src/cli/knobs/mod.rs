@@ -108,12 +108,10 @@ impl Knobs {
 
     /// Refuses presets that none of these techniques has, and options that do nothing for any of them; `name` is what was chosen.
     pub(crate) fn check(&self, techniques: &[Of], name: &str) -> Result<(), Failure> {
-        if let Some(preset) = &self.preset {
-            if !techniques.iter().any(|t| self.preset_of(*t).is_some()) {
-                let known: Vec<&str> = techniques.iter().flat_map(|t| t.presets()).copied().collect();
-                let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-                return Err(Failure::Request(format!("--preset {preset}: {name} has {known}")));
-            }
+        let known: Vec<&str> = techniques.iter().flat_map(|t| t.presets()).copied().collect();
+        if let Some(preset) = self.preset.as_ref().filter(|p| !known.contains(&p.as_str())) {
+            let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+            return Err(Failure::Request(format!("--preset {preset}: {name} has {known}")));
         }
         let has = |of: &[Of]| of.iter().any(|t| techniques.contains(t));
         let cones = [Of::VoxelCones, Of::LayeredRsm];

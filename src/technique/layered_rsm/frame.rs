@@ -8,7 +8,7 @@ use crate::technique::cones::tangent;
 use crate::technique::gathered::{Gathered, illumination_size};
 use crate::technique::gbuffer::GBuffer;
 use crate::technique::{Inspection, Job, LightPart, View, World, direct};
-use glam::{Vec3, Vec4};
+use glam::Vec4;
 use twinlight_kernels::passes::elements::{ConeParams, LightParams};
 use twinlight_kernels::passes::layered_rsm::texel::{texel_words, unpack_texel};
 use twinlight_kernels::passes::scene::LIGHT_SUN;
@@ -188,7 +188,7 @@ pub(super) fn draw_maps<B: Backend>(
                 let at = stride * (layer * side * side + texel);
                 let colour = unpack_texel(settings.format(), &words, at).reflected / radiance_scale;
                 let pixel = texel / side * side * layers + layer * side + texel % side;
-                picture.pixels[pixel as usize] = Vec3::from(colour);
+                picture.pixels[pixel as usize] = colour;
             }
         }
         seen.keep("layers", || picture);

@@ -98,7 +98,11 @@ pub fn render<B: Backend>(
     settings: &LayeredRsm,
 ) -> Result<(Rendered, Counts), BackendError> {
     settings.check(view.width, view.height)?;
-    if job.light == LightPart::Direct && !settings.shadow_cones {
+    // Without lights there is nothing to gather or to throw shadows; mirrors may show the environment between voxels.
+    let lit = world.light_count > 0;
+    let gathers = job.light != LightPart::Direct && (lit || world.has_gloss && world.has_environment);
+    let shadows = settings.shadow_cones && lit && job.light != LightPart::Indirect;
+    if !gathers && !shadows {
         let mut seen = Inspection::new(job, view.width, view.height);
         let picture = picture(backend, world, None, view, job, &mut seen, |backend, g, seen| {
             direct::band_radiance(backend, world, g, job, seen)
@@ -109,9 +113,10 @@ pub fn render<B: Backend>(
     backend.set_stage("voxelisation");
     let voxels = BinaryVoxels::build(backend, world, settings)?;
     backend.set_stage("maps");
-    let maps = match job.light {
-        LightPart::Direct => Maps { groups: Vec::new(), radiance_scale: 1.0 },
-        _ => Maps::build(backend, world, settings)?,
+    let maps = if gathers {
+        Maps::build(backend, world, settings)?
+    } else {
+        Maps { groups: Vec::new(), radiance_scale: 1.0 }
     };
     let counts = Counts {
         resolution: settings.resolution,

@@ -45,8 +45,19 @@ fn normal_layer(map: &LayeredMap, cosine: f32) -> u32 {
     if layer < n { layer } else { n - 1 }
 }
 
-/// What a texel of the light's map reflects: its radiance as published, or the flux for each ray (W/sr², or W/(m² sr) for a sun),
-/// which neither distance nor slant changes. What is to be filtered is then as smooth as albedo and intensity are.
+/// Returns the square of the farthest depth of a map, m²: the unit of squared distances, so that stored flux does not depend on
+/// the unit of length. 1 for parallel rays.
+#[inline]
+pub fn farthest_squared(map: &LayeredMap) -> f32 {
+    if map.projection == PROJECT_PARALLEL {
+        return 1.0;
+    }
+    let far = map.near + map.thickness * map.depth_layers as f32;
+    max(far * far, 1.0e-18)
+}
+
+/// What a texel of the light's map reflects: its radiance as published, or the flux for each ray, which neither distance nor slant
+/// changes. What is to be filtered is then as smooth as albedo and intensity are.
 #[inline]
 fn reflected_of(map: &LayeredMap, r: &ReflectiveTexel) -> Vec3 {
     let radiance = unpack_radiance(r.radiance);
@@ -54,7 +65,7 @@ fn reflected_of(map: &LayeredMap, r: &ReflectiveTexel) -> Vec3 {
         return radiance;
     }
     let squared = if map.projection == PROJECT_PARALLEL { 1.0 } else { r.depth * r.depth };
-    radiance * div(squared, max(r.cosine, LEAST_COSINE))
+    radiance * div(squared, max(r.cosine, LEAST_COSINE) * farthest_squared(map))
 }
 
 #[inline]
@@ -98,10 +109,17 @@ pub fn split_layers(
                 mean: clamp(layer_coordinate(r.depth, near, far), -1.0, 1.0),
                 variance: 0.0,
             };
+            sum = told_from(sum, &one);
             sum.add(&one, 0.25);
         }
     }
     write(params, index, &sum.whole(), output);
+}
+
+/// The sum, its depths told from the first surface that is added: what is alike keeps its precision.
+#[inline]
+fn told_from(sum: TexelSum, t: &LayerTexel) -> TexelSum {
+    if sum.is_empty() && t.opacity > 0.0 { TexelSum::new(t.mean) } else { sum }
 }
 
 /// Writes texel `index` of level `params.level`, layer by layer, from the four below it. `below` holds that level alone.
@@ -117,10 +135,7 @@ pub fn shrink_layers(index: u32, params: &LayeredMap, below: &[u32], output: &mu
     for k in 0..4 {
         let at = first + (y + k / 2) * (2 * side) + (x + (k & 1));
         let t = unpack_texel(params.format, below, words * at);
-        // Told from the first surface found: what is alike keeps its precision.
-        if sum.is_empty() && t.opacity > 0.0 {
-            sum = TexelSum::new(t.mean);
-        }
+        sum = told_from(sum, &t);
         sum.add(&t, 0.25);
     }
     write(params, index, &sum.whole(), output);

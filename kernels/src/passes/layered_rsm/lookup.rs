@@ -1,6 +1,6 @@
 //! What do the surfaces around a point send, by what each light sees of them? LRSM §4.1, algorithm 1.
 
-use super::layers::{layer_range, texels_before};
+use super::layers::{farthest_squared, layer_range, texels_before};
 use super::texel::{LayerTexel, TexelSum, texel_words, unpack_texel};
 use crate::cone::mip_level;
 use crate::gaussian::{depth_coverage, layer_coordinate, layer_decay};
@@ -159,7 +159,7 @@ pub fn reflected_at(map: &LayeredMap, layers: &[u32], position: Vec3, direction:
         return light;
     }
     // Areas for each ray. What stands before the sample shadows as much of it as lies across its rays, turned anyhow.
-    light * div(1.0, max(lit + 0.5 * dark, LEAST_SHARE) * squared)
+    light * div(farthest_squared(map), max(lit + 0.5 * dark, LEAST_SHARE) * squared)
 }
 
 /// How much a depth layer counts for a sample: by LRSM eq. 15, or whether it has surfaces within the sample. As published

@@ -36,6 +36,8 @@ pub struct Met {
     pub through: f32,
     /// Share that met something, each part weighed by the falloff with its distance.
     pub occluded: f32,
+    /// The largest optical depth anywhere on the way: of a voxel's width and half of the one before.
+    pub densest: f32,
 }
 
 /// Optical depth per edge at a point and along a direction, and what a medium tells of what is there, times that depth.
@@ -252,8 +254,10 @@ pub fn march<M: Medium>(params: &ConeParams, ray: &Ray, medium: &M) -> Met {
     let exit = exit_distance(ray.origin, ray.direction, side);
     let end = min(exit + max(diameter(exit, ray.tangent) * params.width, 1.0), ray.reach);
     let bound = step_count_bound(end, 1.0, params.step);
-    let mut met = Met { light: Vec3::ZERO, through: 1.0, occluded: 0.0 };
+    let mut met = Met { light: Vec3::ZERO, through: 1.0, occluded: 0.0, densest: 0.0 };
     let cone = cone_variance(ray.tangent);
+    let mut recent = 0.0;
+    let keep = 1.0 - 0.5 * clamp(params.step, 0.0, 1.0);
     let mut t = params.start;
     let mut steps = 0;
     while t < end && met.through > params.cutoff && steps < bound {
@@ -279,6 +283,9 @@ pub fn march<M: Medium>(params: &ConeParams, ray: &Ray, medium: &M) -> Met {
             met.occluded += taken * distance_falloff(at, params.falloff);
             met.through *= passed;
         }
+        // A wall lies between two samples: each counts the half of the one before.
+        recent = recent * keep + s.density * step;
+        met.densest = max(met.densest, recent);
         t += step;
         steps += 1;
     }

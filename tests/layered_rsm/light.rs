@@ -1,0 +1,176 @@
+//! Does light leak, depend on where things are, or change with what should not matter?
+
+use crate::support::*;
+use crate::{cpu, indirect, render_on};
+use glam::{Mat3, Vec3};
+use twinlight::picture::Picture;
+use twinlight::report::error::picture_error;
+use twinlight::scene::{Camera, Scene, light};
+use twinlight::technique::layered_rsm::{LayeredRsm, Opacity};
+use twinlight::technique::{Cones, Job, LightPart};
+
+/// Two closed rooms side by side with a thin wall between them; the light is in the left one.
+fn two_rooms() -> Scene {
+    let mut s = scene();
+    let mut own = scene();
+    room(&mut own, v(1.0, 1.0, 1.0), 0.0, grey(0.7));
+    for x in [-1.0, 1.0] {
+        let first = s.materials.len() as u32;
+        s.materials.extend(own.materials.clone());
+        for mut t in own.triangles.clone() {
+            for p in [&mut t.p0, &mut t.p1, &mut t.p2] {
+                p.x += x;
+            }
+            t.material += first;
+            s.triangles.push(t);
+        }
+    }
+    s.lights = vec![light::point(v(-1.0, 0.3, 0.2), Vec3::splat(3.0))];
+    s
+}
+
+#[test]
+fn little_leaks_through_a_thin_wall() {
+    let s = two_rooms();
+    let look = |x: f32| view(&camera(v(x, 0.0, 0.9), v(x, -0.1, -1.0), 70.0), 24, 24);
+    let score = |settings: &LayeredRsm| {
+        let [lit, dark] = [-1.0, 1.0].map(|x| indirect(&s, &look(x), settings).mean().y);
+        dark / lit
+    };
+    let at = |resolution, opacity| LayeredRsm { resolution, opacity, map: 256, ..Default::default() };
+    let (covered, fine) = (score(&at(64, Opacity::Covered)), score(&at(128, Opacity::Covered)));
+    let mean = score(&at(64, Opacity::Mean));
+    println!("leak score {covered:.4} at 64³, {fine:.4} at 128³; with mean opacity {mean:.4}");
+    assert!(covered < 0.02 && fine < 0.02, "{covered}, {fine}");
+    assert!(mean > 2.0 * covered, "negative control: means leak, {mean}");
+}
+
+/// The Cornell box with all of it turned, scaled and moved.
+fn mapped(turn: Mat3, scale: f32, shift: Vec3) -> (Scene, Camera) {
+    let mut s = Scene::open("cornell-box").unwrap();
+    let point = |p: Vec3| turn * p * scale + shift;
+    for t in &mut s.triangles {
+        for p in [&mut t.p0, &mut t.p1, &mut t.p2] {
+            *p = point(p.truncate()).extend(p.w);
+        }
+        for n in [&mut t.n0, &mut t.n1, &mut t.n2] {
+            *n = (turn * n.truncate()).extend(n.w);
+        }
+    }
+    for l in &mut s.lights {
+        l.position = point(l.position.truncate()).extend(0.0);
+        l.intensity *= scale * scale;
+    }
+    let c = s.view();
+    let camera = Camera { eye: point(c.eye), target: point(c.target), up: turn * c.up, fov: c.fov };
+    (s, camera)
+}
+
+fn seen(turn: Mat3, scale: f32, shift: Vec3, settings: &LayeredRsm) -> Picture {
+    let (s, camera) = mapped(turn, scale, shift);
+    indirect(&s, &view(&camera, 32, 32), settings)
+}
+
+fn base_settings() -> LayeredRsm {
+    LayeredRsm { resolution: 64, cones: Cones { count: 32, ..Cones::default() }, ..Default::default() }
+}
+
+#[test]
+fn places_axes_and_units_do_not_matter() {
+    let settings = base_settings();
+    let base = seen(Mat3::IDENTITY, 1.0, Vec3::ZERO, &settings);
+    let swapped = Mat3::from_cols(Vec3::Y, Vec3::Z, Vec3::X);
+    let slanted = Mat3::from_euler(glam::EulerRot::XYZ, 0.4, 0.3, 0.2);
+    for (what, turn, scale, shift, (mean, rmse)) in [
+        ("moved", Mat3::IDENTITY, 1.0, Vec3::new(3.0, -7.0, 11.0), (0.01, 0.05)),
+        ("in millimetres", Mat3::IDENTITY, 1e3, Vec3::ZERO, (0.01, 0.05)),
+        ("in kilometres", Mat3::IDENTITY, 1e-3, Vec3::ZERO, (0.01, 0.05)),
+        ("axes swapped", swapped, 1.0, Vec3::ZERO, (0.03, 0.3)),
+        ("turned by 90°", Mat3::from_rotation_y(std::f32::consts::FRAC_PI_2), 1.0, Vec3::ZERO, (0.05, 0.3)),
+        ("turned by 20°", Mat3::from_rotation_y(0.35), 1.0, Vec3::ZERO, (0.1, 0.35)),
+        ("turned about all axes", slanted, 1.0, Vec3::ZERO, (0.18, 0.4)),
+    ] {
+        let e = picture_error(&seen(turn, scale, shift, &settings), &base).unwrap();
+        println!("{what}: RMSE {:.1} %, mean ratio {:.4}", 100.0 * e.relative_rmse, e.mean_ratio);
+        assert!((e.mean_ratio - 1.0).abs() < mean && e.relative_rmse < rmse, "{what}: {e:?}");
+    }
+    let other = seen(Mat3::from_diagonal(v(1.0, 1.5, 1.0)), 1.0, Vec3::ZERO, &settings);
+    let e = picture_error(&other, &base).unwrap();
+    assert!((e.mean_ratio - 1.0).abs() > 0.05 || e.relative_rmse > 0.3, "negative control: {e:?}");
+}
+
+#[test]
+fn steps_and_resolutions_do_not_matter() {
+    let with = |step: f32, resolution: u32| {
+        let cones = Cones { step, ..Cones::default() };
+        seen(Mat3::IDENTITY, 1.0, Vec3::ZERO, &LayeredRsm { resolution, cones, ..base_settings() })
+    };
+    let fine = with(0.25, 64);
+    for (step, resolution, mean) in [(0.5, 64, 0.02), (1.0, 64, 0.03), (0.5, 128, 0.06), (0.5, 256, 0.06)] {
+        let e = picture_error(&with(step, resolution), &fine).unwrap();
+        println!(
+            "step {step}, {resolution}³: {:.1} %, mean ratio {:.4}",
+            100.0 * e.relative_rmse,
+            e.mean_ratio
+        );
+        assert!((e.mean_ratio - 1.0).abs() < mean, "{e:?}");
+    }
+}
+
+#[test]
+fn lights_add_up_however_many_are_gathered_together() {
+    let s = Scene::open("cornell-box").unwrap();
+    let view = view(&s.view(), 20, 20);
+    let lamps: Vec<_> = (0..9)
+        .map(|i| light::point(v(0.15 * (i % 3) as f32 - 0.15, 1.5, 0.15 * (i / 3) as f32), Vec3::splat(0.3)))
+        .collect();
+    let with = |lights: &[_], settings: &LayeredRsm| {
+        indirect(&Scene { lights: lights.to_vec(), ..s.clone() }, &view, settings)
+    };
+    // Maps of 512 texels in 64 layers are gathered two by two, small ones all at once.
+    let few = LayeredRsm { resolution: 64, map: 64, ..Default::default() };
+    let many = LayeredRsm { depth_layers: 8, normal_layers: 8, map: 512, ..few.clone() };
+    for (settings, grouped) in [(&few, false), (&many, true)] {
+        let job = Job { light: LightPart::Indirect, ..Job::default() };
+        let all = Scene { lights: lamps.clone(), ..s.clone() };
+        let (rendered, counts) = render_on(&mut cpu(), &all, &view, &job, settings);
+        assert_eq!(counts.lights, 9);
+        let runs = rendered.timings.iter().filter(|t| t.pass == "layered_diffuse").count() as u32;
+        assert_eq!(runs, 9u32.div_ceil(counts.lights_at_once.min(9)));
+        assert_eq!(runs > 1, grouped, "{runs} runs, {} at once", counts.lights_at_once);
+        let together = with(&lamps, settings);
+        let mut sum = Picture::new(20, 20);
+        for lamp in &lamps {
+            let one = with(std::slice::from_ref(lamp), settings);
+            sum.pixels.iter_mut().zip(&one.pixels).for_each(|(a, b)| *a += *b);
+        }
+        let e = picture_error(&together, &sum).unwrap();
+        println!("nine lights: RMSE {:.2} %, mean ratio {:.4}", 100.0 * e.relative_rmse, e.mean_ratio);
+        assert!(e.relative_rmse < 0.01 && (e.mean_ratio - 1.0).abs() < 0.003, "{e:?}");
+    }
+}
+
+#[test]
+fn a_moving_light_flickers_less_at_coarser_levels() {
+    let s = Scene::open("cornell-box").unwrap();
+    let view = view(&s.view(), 24, 24);
+    // What neighbouring frames differ by beyond a steady change: second differences.
+    let flicker = |least_level: f32| {
+        let settings = LayeredRsm { least_level, resolution: 64, map: 64, ..Default::default() };
+        let frames: Vec<Picture> = (0..8)
+            .map(|i| {
+                let lamp = light::point(v(-0.2 + 0.011 * i as f32, 1.2, 0.1), Vec3::splat(2.0));
+                indirect(&Scene { lights: vec![lamp], ..s.clone() }, &view, &settings)
+            })
+            .collect();
+        let second = |w: &[Picture]| -> f64 {
+            let pixels = w[0].pixels.iter().zip(&w[1].pixels).zip(&w[2].pixels);
+            pixels.map(|((a, b), c)| f64::from((*a - *b * 2.0 + *c).abs().element_sum())).sum()
+        };
+        let whole: f64 = frames.iter().flat_map(|f| &f.pixels).map(|p| f64::from(p.element_sum())).sum();
+        frames.windows(3).map(second).sum::<f64>() / whole
+    };
+    let [sharp, calm] = [0.0, 2.0].map(flicker);
+    println!("flicker {:.3} % at the finest level, {:.3} % from level 2 on", 100.0 * sharp, 100.0 * calm);
+    assert!(calm < 0.9 * sharp, "{sharp}, {calm}");
+}
