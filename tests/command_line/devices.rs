@@ -41,9 +41,10 @@ fn every_pass_is_exact_on_the_cornell_box() {
     let of = |name: &str| passes.iter().filter(|p| p["pass"] == name).count();
     assert_eq!(
         (of("fill_background"), of("ambient_openness") >= 2, of("draw_proxies")),
-        (4, true, 1),
+        (6, true, 1),
         "{json}"
     );
+    assert!(["shrink_layers", "layered_diffuse", "shadow_cone"].iter().all(|p| of(p) >= 1));
     assert!(["child_pairs", "inject_photons", "filter_radiance", "cone_diffuse"].iter().all(|p| of(p) >= 1));
     assert!(
         ["overlap_pairs", "trace_rays", "filter_lists", "gather_diffuse", "upsample"]

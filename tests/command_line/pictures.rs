@@ -270,3 +270,31 @@ fn voxels_of_any_level_are_drawn() {
     assert!((0.2..1.0).contains(&mean("a.occlusion@1.exr")), "{}", mean("a.occlusion@1.exr"));
     assert!(mean("a.lobes.exr") != 0.0);
 }
+
+#[test]
+fn layered_maps_tell_their_bytes_and_show_their_buffers() {
+    let folder = tempfile::tempdir().unwrap();
+    let base =
+        ["render", "cornell-glossy", "--technique", "layered-rsm", "--size", "32x24", "--resolution", "32"];
+    let knobs =
+        ["--rsm", "64", "--light-radius", "0.05", "--dump", "rsm,layers,shadow,ao", "-o", "a.exr", "--json"];
+    let json = succeed(folder.path(), &[&base[..], &knobs].concat()).json();
+    let bytes = |what: &str| json["counts"][what].as_u64().unwrap();
+    assert_eq!(bytes("voxel_bytes"), 4 * (32 * 32 * 32 / 32 + (16 * 16 * 16 + 512 + 64 + 8) / 4 + 1));
+    assert_eq!((bytes("lights"), bytes("map_bytes")), (1, 16 * 64 * 64), "{json}");
+    let picture = |name: &str| Picture::open_exr(&folder.path().join(name)).unwrap();
+    assert_eq!((picture("a.rsm.exr").width, picture("a.layers.exr").width), (64, 4 * 32));
+    assert!((0.2..1.0).contains(&picture("a.shadow.exr").mean().y));
+    assert!((0.05..1.0).contains(&picture("a.ao.exr").mean().y));
+    let stages: Vec<_> =
+        json["stages"].as_array().unwrap().iter().map(|s| s["stage"].as_str().unwrap()).collect();
+    assert!(stages.contains(&"shadows") && stages.contains(&"maps"), "{stages:?}");
+    // Hard shadows again, by an option beside the radius.
+    let rays =
+        [&base[..], &["--light-radius", "0.05", "--shadow-cones", "false", "-o", "b.exr", "--json"]].concat();
+    let json = succeed(folder.path(), &rays).json();
+    assert!(json["stages"].as_array().unwrap().iter().all(|s| s["stage"] != "shadows"), "{json}");
+    let dark = ["render", "cornell-box", "--technique", "layered-rsm", "--no-scene-lights", "--size", "8x8"];
+    let ran = succeed(folder.path(), &[&dark[..], &["-o", "c.exr"]].concat());
+    assert!(ran.err.contains("no point, spot or sun light"), "{}", ran.err);
+}

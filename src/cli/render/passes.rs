@@ -85,6 +85,11 @@ fn draw<B: Backend>(
         }
         Technique::LayeredRsm => {
             let settings = a.knobs.layered_rsm();
+            if !a.quiet && world.light_count == 0 {
+                eprintln!(
+                    "note: no point, spot or sun light, and layered maps pass on no other; give --point, --spot or --sun"
+                );
+            }
             let (picture, c) = layered_rsm::render(backend, &world, view, &job, &settings)?;
             rendered = picture;
             counts = json!({ "resolution": c.resolution, "voxel_bytes": c.voxel_bytes, "lights": c.lights,

@@ -198,7 +198,7 @@ impl LayeredRsm {
         self.cones.check()?;
         if !self.map.is_power_of_two() || !(16..=4096).contains(&self.map) {
             let reason = format!("{} is not a power of two from 16 to 4096", self.map);
-            return Err(SettingsError { knob: "map", reason });
+            return Err(SettingsError { knob: "rsm", reason });
         }
         in_range("depth-layers", self.depth_layers as f32, 1.0, 8.0)?;
         in_range("normal-layers", self.normal_layers as f32, 1.0, 8.0)?;
@@ -217,7 +217,7 @@ impl LayeredRsm {
                 self.layers(),
                 bytes >> 20
             );
-            return Err(SettingsError { knob: "map", reason });
+            return Err(SettingsError { knob: "rsm", reason });
         }
         check_rounds(self.rounds(1))?;
         check_illumination(self.illumination, width, height)
@@ -239,8 +239,8 @@ mod tests {
         type Spoil = fn(&mut LayeredRsm);
         let spoilt: [(&str, Spoil); 11] = [
             ("resolution", |s| s.resolution = 100),
-            ("map", |s| s.map = 1000),
-            ("map", |s| (s.map, s.depth_layers, s.normal_layers) = (4096, 8, 8)),
+            ("rsm", |s| s.map = 1000),
+            ("rsm", |s| (s.map, s.depth_layers, s.normal_layers) = (4096, 8, 8)),
             ("depth-layers", |s| s.depth_layers = 0),
             ("normal-layers", |s| s.normal_layers = 9),
             ("layer-overlap", |s| s.overlap = f32::NAN),
