@@ -2,7 +2,7 @@
 //! costs, and how a moving light flickers: tables of `docs/layered-rsm.md`.
 //!
 //! `cargo run --release --example layered_rsm_stages [WIDTH HEIGHT]`, the paper's 1280 × 720 if nothing is given. The scenes are Sponza and Sibenik
-//! from the folder `TWINLIGHT_SCENES`, or the built-in `cornell-glossy`. Times are sums of the passes' own, on the CPU and on the first
+//! from the folder `TWINLIGHT_SCENES`, and the built-in `cornell-glossy`. Times are sums of the passes' own, on the CPU and on the first
 //! GPU that answers; a software driver's say how much work there is, not how fast a GPU does it.
 
 #[allow(dead_code)]
@@ -126,24 +126,34 @@ fn light_table(subject: &Subject) -> Result<()> {
     Ok(())
 }
 
-/// What frames differ by beyond a steady change, over their mean: the mean absolute second difference.
-fn flicker(frames: &[Picture]) -> f64 {
-    let second = |w: &[Picture]| -> f64 {
+/// What frames differ by beyond a steady change, over their mean: the mean absolute second difference, of all pixels but the
+/// `worst` that change most.
+fn flicker(frames: &[Picture], worst: usize) -> f64 {
+    let mut of_pixel = vec![0.0f64; frames[0].pixels.len()];
+    for w in frames.windows(3) {
         let pixels = w[0].pixels.iter().zip(&w[1].pixels).zip(&w[2].pixels);
-        pixels.map(|((a, b), c)| f64::from((*a - *b * 2.0 + *c).abs().element_sum())).sum()
-    };
-    let whole: f64 = frames.iter().flat_map(|f| &f.pixels).map(|p| f64::from(p.element_sum())).sum();
-    frames.windows(3).map(second).sum::<f64>() / (frames.len() - 2) as f64 / (whole / frames.len() as f64)
+        for (sum, ((a, b), c)) in of_pixel.iter_mut().zip(pixels) {
+            *sum += f64::from((*a - *b * 2.0 + *c).abs().element_sum());
+        }
+    }
+    of_pixel.sort_by(|a, b| b.total_cmp(a));
+    of_pixel[worst..].iter().sum::<f64>() / (frames.len() - 2) as f64 / (total(frames) / frames.len() as f64)
+}
+
+/// The sum of all pixels of all frames.
+fn total(frames: &[Picture]) -> f64 {
+    frames.iter().flat_map(|f| &f.pixels).map(|p| f64::from(p.element_sum())).sum()
 }
 
 /// Flicker of a light that moves 11 mm a frame, and what is left of detail, against the finest level that is looked up.
 fn flicker_table() -> Result<()> {
     println!(
-        "\n| finest level | flicker, diffuse | flicker, specular | sharpness, specular |\n|---|---|---|---|"
+        "\n| finest level | flicker, diffuse | flicker, specular | but for 10 pixels | light, diffuse | light, specular | sharpness, specular |\n|---|---|---|---|---|---|---|"
     );
     let mut scene = Scene::open("cornell-glossy")?;
     let tree = Bvh::build(&scene.triangles, &scene.materials)?;
     let view = View::new(&scene.view(), 96, 96)?;
+    let mut light_at_0 = None;
     for least_level in [0.0, 1.0, 2.0, 3.0, 4.0, 5.0] {
         let settings = LayeredRsm {
             least_level,
@@ -166,14 +176,18 @@ fn flicker_table() -> Result<()> {
             diffuse.extend(rendered.dumps.remove("diffuse"));
             specular.extend(rendered.dumps.remove("specular"));
         }
+        let whole_light = *light_at_0.get_or_insert([total(&diffuse), total(&specular)]);
         // Mean absolute difference of neighbouring pixels in a row, over the mean.
         let first = &specular[0].pixels;
         let edges: f64 = first.windows(2).map(|w| f64::from((w[0] - w[1]).abs().element_sum())).sum();
         let whole: f64 = first.iter().map(|p| f64::from(p.element_sum())).sum();
         println!(
-            "| {least_level} | {:.2} % | {:.2} % | {:.1} % |",
-            100.0 * flicker(&diffuse),
-            100.0 * flicker(&specular),
+            "| {least_level} | {:.2} % | {:.2} % | {:.2} % | {:.3} | {:.3} | {:.1} % |",
+            100.0 * flicker(&diffuse, 0),
+            100.0 * flicker(&specular, 0),
+            100.0 * flicker(&specular, 10),
+            total(&diffuse) / whole_light[0],
+            total(&specular) / whole_light[1],
             100.0 * edges / whole
         );
     }
@@ -181,23 +195,23 @@ fn flicker_table() -> Result<()> {
 }
 
 fn main() -> Result<()> {
+    if std::env::args().nth(1).as_deref() == Some("flicker") {
+        return flicker_table();
+    }
     let number = |n: usize, default: u32| std::env::args().nth(n).map_or(Ok(default), |text| text.parse());
     let size = (number(1, 1280)?, number(2, 720)?);
-    let mut any = None;
-    for (name, preset) in [("sibenik.glb", "paper-sibenik"), ("sponza.glb", "paper-sponza")] {
+    let mut lit = None;
+    let scenes = [
+        ("cornell-glossy", "paper-sibenik"),
+        ("sibenik.glb", "paper-sibenik"),
+        ("sponza.glb", "paper-sponza"),
+    ];
+    for (name, preset) in scenes {
         if let Some(subject) = subjects(Some(name))?.into_iter().next() {
             stage_tables(&subject, preset, size)?;
-            any = Some(subject);
+            lit = Some(subject);
         }
     }
-    let subject = match any {
-        Some(subject) => subject,
-        None => {
-            let subject = subjects(Some("cornell-glossy"))?.into_iter().next().ok_or("no scene")?;
-            stage_tables(&subject, "paper-sibenik", size)?;
-            subject
-        }
-    };
-    light_table(&subject)?;
+    light_table(&lit.ok_or("no scene")?)?;
     flicker_table()
 }

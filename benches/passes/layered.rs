@@ -27,7 +27,7 @@ impl Layered {
         let settings = LayeredRsm { resolution: 64, map: SIDE, ..Default::default() };
         Ok(Self {
             voxels: BinaryVoxels::build(cpu, w, &settings)?,
-            map: reflective_map(cpu, w, 0, SIDE, 1.0)?,
+            map: reflective_map(cpu, w, SIDE, &ReflectParams { radiance_scale: 1.0, ..Default::default() })?,
             maps: LayeredMaps::build(cpu, w, &settings, 0..1, 1.0)?,
         })
     }

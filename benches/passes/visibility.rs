@@ -307,6 +307,11 @@ pub fn upsample(s: &Samples) -> Case<UpsampleParams, (Vec<Surface>, Vec<Surface>
     map(params, (copy(&s.surfaces), copy(&s.surfaces), vectors(COUNT)), COUNT)
 }
 
+pub fn filter_interleaved(s: &Samples) -> Case<InterleavedParams, (Vec<Surface>, Vec<Vec4>)> {
+    let params = InterleavedParams { columns: SIDE, rows: SIDE, ..Default::default() };
+    map(params, (copy(&s.surfaces), vectors(COUNT)), COUNT)
+}
+
 type TraceLightMap = (Vec<BvhNode>, Vec<TriangleBlock>, Vec<Triangle>, Vec<Material>, Vec<u32>);
 
 pub fn trace_light_map(s: &Samples) -> Case<LightMapParams, TraceLightMap> {

@@ -27,6 +27,9 @@ pub struct Cones {
     pub start: f32,
     /// Half voxels over a surface within which voxels do not count for its own cones, 0 to 4: what would shadow itself.
     pub clearance: f32,
+    /// Whether each of 4 × 4 pixels turns its cones another way, and each pixel takes the mean over its neighbours on about the same
+    /// plane: sixteen times the directions for a pass more, at the price of detail finer than these pixels.
+    pub interleave: bool,
     /// Share of a cone that may be left unseen, 0 to 0.5: the error by it is at most this.
     pub cutoff: f32,
 }
@@ -41,6 +44,7 @@ impl Default for Cones {
             width: 0.5,
             start: 1.0,
             clearance: 2.0,
+            interleave: true,
             cutoff: 0.01,
         }
     }

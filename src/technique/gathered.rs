@@ -6,7 +6,7 @@ use crate::backend::{Backend, BackendError};
 use crate::error::SettingsError;
 use crate::picture::Picture;
 use glam::{Vec3, Vec4};
-use twinlight_kernels::passes::elements::{Surface, UpsampleParams};
+use twinlight_kernels::passes::elements::{InterleavedParams, Surface, UpsampleParams};
 
 /// The largest number of pixels at which light is gathered.
 pub const MAX_PIXELS: u64 = 1 << 20;
@@ -75,6 +75,19 @@ pub(super) fn picture<B: Backend>(
         }
     }
     Ok(picture)
+}
+
+/// What cones gathered that each of 4 × 4 pixels turned another way: the mean over neighbours of about the same plane.
+pub(super) fn filtered<B: Backend>(
+    backend: &mut B,
+    (columns, rows): (u32, u32),
+    surfaces: &B::Buffer<Surface>,
+    light: &B::Buffer<Vec4>,
+) -> Result<B::Buffer<Vec4>, BackendError> {
+    let params = InterleavedParams { columns, rows, ..Default::default() };
+    let mut means = backend.alloc("diffuse light", (columns * rows) as usize)?;
+    backend.filter_interleaved(&params, surfaces, light, &mut means, columns * rows)?;
+    Ok(means)
 }
 
 /// Light gathered at the illumination's pixels.

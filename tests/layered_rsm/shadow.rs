@@ -153,6 +153,36 @@ fn shares_are_those_of_rays_to_all_of_the_light() {
 }
 
 #[test]
+fn what_is_behind_or_beside_a_light_does_not_hide_it() {
+    let mut s = scene();
+    room(&mut s, v(1.0, 1.0, 1.0), 0.0, grey(0.5));
+    for (height, light_radius) in [(0.8, 0.15), (0.8, 0.19), (0.95, 0.05)] {
+        s.lights = vec![light::point(v(0.0, height, 0.0), Vec3::ONE)];
+        let view = view(&camera(v(0.0, 0.6, 0.01), v(0.0, -1.0, 0.0), 80.0), 24, 24);
+        let settings = LayeredRsm { shadow_cones: true, light_radius, resolution: 128, ..Default::default() };
+        let dumps = ["shadow", "position"].map(str::to_owned).to_vec();
+        let job = Job { light: LightPart::Direct, dumps, ..Job::default() };
+        let seen = render_on(&mut Cpu::new(Some(2)).unwrap(), &s, &view, &job, &settings).0;
+        // In corners a cone begins within the other wall's voxels.
+        let on_floor = |p: &Vec3| p.y < -0.99 && p.x.abs().max(p.z.abs()) < 0.9;
+        let shares = seen.dumps["position"].pixels.iter().zip(&seen.dumps["shadow"].pixels);
+        let least = shares.filter(|(p, _)| on_floor(p)).map(|(_, s)| s.x).fold(1.0, f32::min);
+        println!("{height} m up, radius {light_radius}: shares from {least:.3}");
+        assert!(least > 0.95, "an empty room shadows itself: {least}");
+    }
+    // Planted fault: a plate before the light does.
+    s.lights = vec![light::point(v(0.0, 0.8, 0.0), Vec3::ONE)];
+    quad(&mut s, [v(-0.2, 0.5, -0.2), v(0.2, 0.5, -0.2), v(0.2, 0.5, 0.2), v(-0.2, 0.5, 0.2)], grey(0.5));
+    let view = view(&camera(v(0.0, 0.4, 0.01), v(0.0, -1.0, 0.0), 40.0), 24, 24);
+    let settings =
+        LayeredRsm { shadow_cones: true, light_radius: 0.1, resolution: 128, ..Default::default() };
+    let job = Job { light: LightPart::Direct, dumps: vec!["shadow".to_owned()], ..Job::default() };
+    let seen = render_on(&mut Cpu::new(Some(2)).unwrap(), &s, &view, &job, &settings).0;
+    println!("behind a plate {:.3}", seen.dumps["shadow"].mean().x);
+    assert!(seen.dumps["shadow"].mean().x < 0.2, "{}", seen.dumps["shadow"].mean());
+}
+
+#[test]
 fn a_cone_without_extent_is_a_ray() {
     let view = view(&camera(v(0.0, 3.8, 0.01), Vec3::ZERO, 50.0), 48, 48);
     for lamp in [

@@ -38,7 +38,14 @@ impl Built {
         if level == 0 {
             return (self.words[at as usize / 32] >> (at & 31)) & 1;
         }
-        (self.words[(level_word(self.voxels.depth, level) + at / 4) as usize] >> (8 * (at & 3))) & 255
+        self.both(level, p) & 255
+    }
+
+    /// Cover and place of a voxel above the finest.
+    fn both(&self, level: u32, p: UVec3) -> u32 {
+        let side = self.side(level);
+        let at = (p.z * side + p.y) * side + p.x;
+        (self.words[(level_word(self.voxels.depth, level) + at / 2) as usize] >> (16 * (at & 1))) & 0xFFFF
     }
 
     /// The share of a cone that gets along a way in metres.
@@ -88,6 +95,8 @@ fn levels_hold_what_is_below() {
         let side = covered.side(level);
         let size = 1u32 << level;
         let mut worst = 0.0f64;
+        let (mut covers, mut all_columns) = (0.0, 0.0);
+        let (mut off, mut centre_off, mut filled) = (0.0, 0.0, 0);
         for i in 0..side * side * side {
             let p = UVec3::new(i % side, i / side % side, i / side / side);
             let inside = |k: u32| p * size + UVec3::new(k % size, k / size % size, k / size / size);
@@ -95,6 +104,15 @@ fn levels_hold_what_is_below() {
             let right = bits as f64 / f64::from(size * size * size);
             worst = worst.max((right - f64::from(mean.at(level, p)) / 255.0).abs());
             let cover = unpack_cover(covered.at(level, p));
+            if bits > 0 {
+                let place = |k: u32| (inside(k) - p * size).as_vec3() + Vec3::splat(0.5);
+                let sum: Vec3 =
+                    (0..size * size * size).filter(|&k| covered.at(0, inside(k)) == 1).map(place).sum();
+                let right = sum / (bits as f32 * size as f32);
+                off += right.distance_squared(unpack_cover(covered.both(level, p) >> 8)) / 3.0;
+                centre_off += right.distance_squared(Vec3::splat(0.5)) / 3.0;
+                filled += 1;
+            }
             if bits == 0 {
                 assert_eq!(cover, Vec3::ZERO, "something of nothing");
             }
@@ -108,11 +126,23 @@ fn levels_hold_what_is_below() {
                 hit.iter().filter(|h| **h).count() as f32 / (size * size) as f32
             };
             for axis in 0..3 {
+                covers += cover[axis];
+                all_columns += columns(axis);
                 let limit = columns(axis) + 0.1 * level as f32;
                 assert!(cover[axis] <= limit, "level {level}, {p}: {cover} over {limit}");
             }
         }
-        println!("level {level}: means off by {worst:.4} at most");
+        let (off, centre_off) = ((off / filled as f32).sqrt(), (centre_off / filled as f32).sqrt());
+        println!(
+            "level {level}: means off by {worst:.4} at most, {:.3} of columns covered, places off by {off:.3}, centres by {centre_off:.3}",
+            covers / all_columns
+        );
+        // Halves are rounded down, so not all is.
+        assert!(covers > 0.6 * all_columns, "{covers} of {all_columns}");
+        assert!(
+            off < 0.13 && (!(2..=4).contains(&level) || centre_off > 1.5 * off),
+            "{off}, negative control {centre_off}"
+        );
         assert!(worst <= 0.5 * f64::from(level) / 255.0 + 1e-9, "{worst}");
     }
     assert_eq!(unpack_cover(pack_cover(Vec3::new(0.0, 1.0, 0.61))), Vec3::new(0.0, 1.0, 0.6));
@@ -181,5 +211,5 @@ fn memory_is_within_the_papers_tables() {
     let s = Scene::open("cornell-box").unwrap();
     let b = Built::new(&s, 64, Opacity::Covered);
     assert_eq!(b.voxels.bytes(), 4 * u64::from(voxel_words(6)));
-    assert_eq!(voxel_words(6), (64 * 64 * 64 / 32) + (32 * 32 * 32 + 16 * 16 * 16 + 512 + 64 + 8) / 4 + 1);
+    assert_eq!(voxel_words(6), (64 * 64 * 64 / 32) + (32 * 32 * 32 + 16 * 16 * 16 + 512 + 64 + 8) / 2 + 1);
 }

@@ -6,6 +6,7 @@ use crate::geometry::bvh::{BvhNode, Hit, TriangleBlock};
 use crate::passes::evaluate::{EvaluateParams, Evaluation};
 use crate::passes::evaluate_sh::ShVector;
 use crate::passes::gather::GatherParams;
+use crate::passes::interleaved::InterleavedParams;
 use crate::passes::layered_rsm::lookup::LayeredMap;
 use crate::passes::layered_rsm::reflect::{ReflectParams, ReflectiveTexel};
 use crate::passes::layered_rsm::voxels::ShrinkParams;
@@ -114,6 +115,7 @@ layout_words! {
         sides
     }
     LobeParams { first_light, light_count, lights, sides }
+    InterleavedParams { columns, rows }
     UpsampleParams { width, first_pixel, coarse_width, coarse_height, scale_x, scale_y }
     VoxeliseParams { lower, pairs, thin, depth, first }
     WordParams { offset, count }
@@ -124,13 +126,13 @@ layout_words! {
     PhotonParams { lower, inverse_edge, depth, first, light, projection, size, spread, scale }
     ConeParams {
         lower, eye, environment, map, inverse_edge, depth, cones, tangent, width, step, start, clearance, cutoff,
-        falloff, reach, radiance_unit, flags, first, radiance_scale, lobes, maps, light, extent, pad0
+        falloff, reach, radiance_unit, flags, first, radiance_scale, lobes, maps, light, extent, columns
     }
     LayeredMap {
         origin, right, down, forward, projection, size, level, first, depth_layers, normal_layers, format, flags, texel,
         near, thickness, overlap, window, footprint, least_level, deviation
     }
-    ReflectParams { light, radiance_scale, pad0, pad1 }
+    ReflectParams { light, radiance_scale, flux, inverse_squared }
     ReflectiveTexel { radiance, normal, depth, cosine }
     ShrinkParams { depth, level, mean, pad }
     SphereProxy { sphere, albedo }

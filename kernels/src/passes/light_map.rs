@@ -117,16 +117,21 @@ pub fn texel_measure(projection: u32, size: u32, spread: f32, texel: u32) -> f32
     if projection == PROJECT_PARALLEL {
         return side * side;
     }
-    // The cube of the distance to the texel on the map's plane (or octahedron, whose faces are at 1/√3).
-    let squared = if projection == PROJECT_PERSPECTIVE {
-        1.0 + (spread * spread) * (x * x + y * y)
-    } else {
-        let z = (1.0 - abs(x)) - abs(y);
-        let (fold_x, fold_y) = (1.0 - abs(y), 1.0 - abs(x));
-        if z >= 0.0 { (x * x + y * y) + z * z } else { (fold_x * fold_x + fold_y * fold_y) + z * z }
-    };
+    let squared = squared_distance(projection, spread * spread, x, y);
     let area = if projection == PROJECT_PERSPECTIVE { side * side } else { width * width };
     div(area, squared * sqrt(squared))
+}
+
+/// The squared distance from a light to a point of its map's plane, or of its octahedron, whose faces are at 1/√3. A texel's solid
+/// angle falls with the cube of the distance.
+#[inline]
+pub(super) fn squared_distance(projection: u32, squared_spread: f32, x: f32, y: f32) -> f32 {
+    if projection == PROJECT_PERSPECTIVE {
+        return 1.0 + squared_spread * (x * x + y * y);
+    }
+    let z = (1.0 - abs(x)) - abs(y);
+    let (fold_x, fold_y) = (1.0 - abs(y), 1.0 - abs(x));
+    if z >= 0.0 { (x * x + y * y) + z * z } else { (fold_x * fold_x + fold_y * fold_y) + z * z }
 }
 
 /// Where a point is on a map.

@@ -23,6 +23,7 @@ macro_rules! for_two {
 
 mod accumulate;
 pub mod combine;
+mod describe;
 pub mod elementary;
 pub mod evaluate;
 pub mod evaluate_cone;
@@ -32,10 +33,12 @@ pub mod evaluate_sampling;
 pub mod evaluate_sh;
 pub mod evaluate_vector;
 pub mod gather;
+pub mod interleaved;
 pub mod layered_rsm;
 pub mod layout_report;
 pub mod light;
 pub mod light_map;
+#[macro_use]
 mod list;
 pub mod material;
 pub mod reduction;
@@ -50,6 +53,7 @@ pub mod voxel_cones;
 
 pub use accumulate::{Accumulate, Launch};
 pub use combine::{add_diffuse_reflection, add_radiance, add_specular_reflection};
+pub use describe::{BindingInfo, PASSES, PassInfo, PassTiming, Shape, Tolerance, info};
 pub use elementary::evaluate_elementary;
 pub use evaluate_cone::evaluate_cone;
 pub use evaluate_gaussian::evaluate_gaussian;
@@ -60,6 +64,7 @@ pub use evaluate_sh::{
 };
 pub use evaluate_vector::evaluate_vector;
 pub use gather::{ambient_openness, fill_background, gather_direct};
+pub use interleaved::filter_interleaved;
 pub use layered_rsm::layers::{shrink_layers, split_layers};
 pub use layered_rsm::reflect::reflect_light;
 pub use layered_rsm::shadow::{shade_soft_diffuse, shade_soft_specular, shadow_cone};
@@ -68,7 +73,6 @@ pub use layered_rsm::voxels::{mark_bits, shrink_voxels};
 pub use layout_report::report_layout;
 pub use light::{light_visibility, shade_diffuse, shade_specular};
 pub use light_map::{light_map_visibility, trace_light_map};
-pub use list::{BindingInfo, PASSES, PassInfo, PassTiming, Shape, Tolerance, info};
 pub use reduction::reduce_sum;
 pub use scan::{add_block_offsets, block_sums, compact_indices, scan_blocks};
 pub use soft_gi::accumulate::{
@@ -106,17 +110,18 @@ pub use voxel_cones::voxelise::{
 /// Every type that the pass list names, for the places that call [`for_each_pass!`](crate::for_each_pass).
 pub mod elements {
     pub use super::combine::AddParams;
+    pub use super::describe::Tolerance;
     pub use super::elementary::ElementaryParams;
     pub use super::evaluate::{EvaluateParams, Evaluation};
     pub use super::evaluate_sh::ShVector;
     pub use super::gather::GatherParams;
+    pub use super::interleaved::InterleavedParams;
     pub use super::layered_rsm::lookup::LayeredMap;
     pub use super::layered_rsm::reflect::{ReflectParams, ReflectiveTexel};
     pub use super::layered_rsm::voxels::ShrinkParams;
     pub use super::layout_report::LayoutParams;
     pub use super::light::LightParams;
     pub use super::light_map::LightMapParams;
-    pub use super::list::Tolerance;
     pub use super::reduction::ReduceParams;
     pub use super::scan::{CompactParams, ScanParams};
     pub use super::scene::{Light, Material, Triangle};

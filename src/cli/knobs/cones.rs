@@ -32,6 +32,9 @@ pub(crate) struct ConeOptions {
     /// Half voxels over a surface within which nothing counts for its own cones
     #[arg(long, value_name = "N", allow_hyphen_values = true)]
     clearance: Option<f32>,
+    /// Whether neighbouring pixels turn their cones differently, and share what they find
+    #[arg(long, value_name = "BOOL")]
+    interleave: Option<bool>,
     /// Share of a cone that may be left unseen
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true)]
     cutoff: Option<f32>,
@@ -47,6 +50,7 @@ impl ConeOptions {
         set(&mut c.width, self.voxel_width);
         set(&mut c.start, self.start);
         set(&mut c.clearance, self.clearance);
+        set(&mut c.interleave, self.interleave);
         set(&mut c.cutoff, self.cutoff);
     }
 }

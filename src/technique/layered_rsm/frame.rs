@@ -5,11 +5,11 @@ use super::{BinaryVoxels, LayeredMaps, LayeredRsm, Opacity};
 use crate::backend::{Backend, BackendError};
 use crate::picture::Picture;
 use crate::technique::cones::tangent;
-use crate::technique::gathered::{Gathered, illumination_size};
+use crate::technique::gathered::{self, Gathered, illumination_size};
 use crate::technique::gbuffer::GBuffer;
 use crate::technique::{Inspection, Job, LightPart, View, World, direct};
 use glam::Vec4;
-use twinlight_kernels::passes::elements::{ConeParams, LightParams};
+use twinlight_kernels::passes::elements::{ConeParams, LightParams, ReflectParams};
 use twinlight_kernels::passes::layered_rsm::texel::{texel_words, unpack_texel};
 use twinlight_kernels::passes::scene::LIGHT_SUN;
 use twinlight_kernels::passes::voxel_cones::storage::unpack_radiance;
@@ -52,7 +52,10 @@ pub(super) fn gather<B: Backend>(
     let view = view.resized(width, height);
     let count = view.pixels();
     let g = seen.without_dumps(|seen| GBuffer::trace(backend, world, &view, 0..count, seen))?;
-    let all = ConeParams { eye: g.params.eye, ..cone_params(world, voxels, settings, radiance_scale) };
+    let interleave = settings.cones.interleave;
+    let columns = if interleave { width } else { 0 };
+    let all =
+        ConeParams { eye: g.params.eye, columns, ..cone_params(world, voxels, settings, radiance_scale) };
     let mut diffuse: Option<B::Buffer<Vec4>> = None;
     let mut specular: Option<B::Buffer<Vec4>> = None;
     for (number, group) in groups.iter().enumerate() {
@@ -88,7 +91,9 @@ pub(super) fn gather<B: Backend>(
             specular = Some(sum(backend, specular, light, count)?);
         }
     }
+    backend.set_stage("diffuse");
     let diffuse = match diffuse {
+        Some(diffuse) if interleave => gathered::filtered(backend, (width, height), &g.surfaces, &diffuse)?,
         Some(diffuse) => diffuse,
         None => backend.alloc("diffuse light", count as usize)?,
     };
@@ -170,7 +175,12 @@ pub(super) fn draw_maps<B: Backend>(
     seen: &mut Inspection<'_>,
 ) -> Result<(), BackendError> {
     if seen.wants("rsm") && world.light_count > 0 {
-        let map = reflective_map(backend, world, 0, settings.map, radiance_scale)?;
+        let map = reflective_map(
+            backend,
+            world,
+            settings.map,
+            &ReflectParams { radiance_scale, ..Default::default() },
+        )?;
         let texels = backend.download(&map.texels)?;
         seen.keep("rsm", || Picture {
             width: settings.map,

@@ -9,7 +9,7 @@ use crate::technique::voxelised::place;
 use glam::Vec3;
 use std::ops::Range;
 use twinlight_kernels::passes::elements::{LayeredMap, LightMapParams, ReflectParams, ReflectiveTexel};
-use twinlight_kernels::passes::layered_rsm::layers::texels_before;
+use twinlight_kernels::passes::layered_rsm::layers::{farthest_squared, texels_before};
 use twinlight_kernels::passes::layered_rsm::lookup::WEIGH_OPACITY;
 use twinlight_kernels::passes::layered_rsm::texel::texel_words;
 use twinlight_kernels::passes::light_map::{PROJECT_OCTAHEDRON, PROJECT_PARALLEL};
@@ -79,16 +79,26 @@ pub fn layered_map(map: &LightMapParams, bounds: &Bounds, settings: &LayeredRsm,
     }
 }
 
-/// Traces a light's map and finds what each texel reflects.
+/// How the texels of a light's map are told to its layers: as radiance where that is filtered, else as flux.
+pub fn reflect_params(map: &LayeredMap, light: u32, radiance_scale: f32) -> ReflectParams {
+    let parallel = map.projection == PROJECT_PARALLEL;
+    ReflectParams {
+        light,
+        radiance_scale,
+        flux: u32::from(map.flags & WEIGH_OPACITY == 0),
+        inverse_squared: if parallel { 0.0 } else { 1.0 / farthest_squared(map) },
+    }
+}
+
+/// Traces the map of the light that `reflect` names, of `size` × `size` texels, and finds what each texel reflects.
 pub fn reflective_map<B: Backend>(
     backend: &mut B,
     world: &World<B>,
-    light: u32,
     size: u32,
-    radiance_scale: f32,
+    reflect: &ReflectParams,
 ) -> Result<ReflectiveMap<B>, BackendError> {
     let w = world;
-    let params = map_params(&w.host_lights[light as usize], &w.bounds, size, 0.0);
+    let params = map_params(&w.host_lights[reflect.light as usize], &w.bounds, size, 0.0);
     let count = size * size;
     let mut hits = backend.alloc("light map", count as usize)?;
     backend.trace_light_map(
@@ -102,9 +112,8 @@ pub fn reflective_map<B: Backend>(
         count,
     )?;
     let mut texels = backend.alloc("reflective map", count as usize)?;
-    let reflect = ReflectParams { light, radiance_scale, ..Default::default() };
     backend.reflect_light(
-        &reflect,
+        reflect,
         &hits,
         &w.triangles,
         &w.materials,
@@ -129,8 +138,10 @@ impl<B: Backend> LayeredMaps<B> {
         let mut layers = backend.alloc("layered maps", (words * lights.len().max(1) as u32) as usize)?;
         let mut host = Vec::new();
         for (number, light) in lights.enumerate() {
-            let map = reflective_map(backend, world, light, settings.map, radiance_scale)?;
-            let own = layered_map(&map.params, &world.bounds, settings, words * number as u32);
+            let params = map_params(&world.host_lights[light as usize], &world.bounds, settings.map, 0.0);
+            let own = layered_map(&params, &world.bounds, settings, words * number as u32);
+            let reflect = reflect_params(&own, light, radiance_scale);
+            let map = reflective_map(backend, world, settings.map, &reflect)?;
             split(backend, &own, &map.texels, &mut layers)?;
             host.push(own);
         }

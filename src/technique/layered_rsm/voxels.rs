@@ -8,9 +8,9 @@ use glam::{Vec3, Vec4};
 use twinlight_kernels::passes::elements::ShrinkParams;
 use twinlight_kernels::passes::layered_rsm::voxels::{level_word, voxel_words};
 
-/// A scene's voxels: a bit for each, a byte for each of the levels above.
+/// A scene's voxels: a bit for each, two bytes for each of the levels above.
 pub struct BinaryVoxels<B: Backend> {
-    /// Bits, then levels of bytes.
+    /// Bits, then levels of two bytes a voxel.
     pub words: B::Buffer<u32>,
     /// log₂ of the number along each side.
     pub depth: u32,

@@ -120,7 +120,11 @@ fn gather<B: Backend>(
     let view = view.resized(width, height);
     let count = view.pixels();
     let g = seen.without_dumps(|seen| GBuffer::trace(backend, world, &view, 0..count, seen))?;
-    let params = ConeParams { eye: g.params.eye, ..cone_params(world, p, lit, settings) };
+    let params = ConeParams {
+        eye: g.params.eye,
+        columns: if settings.cones.interleave { width } else { 0 },
+        ..cone_params(world, p, lit, settings)
+    };
     let mut diffuse = backend.alloc("diffuse light", count as usize)?;
     backend.cone_diffuse(
         &params,
@@ -132,6 +136,9 @@ fn gather<B: Backend>(
         &mut diffuse,
         count,
     )?;
+    if settings.cones.interleave {
+        diffuse = gathered::filtered(backend, (width, height), &g.surfaces, &diffuse)?;
+    }
     seen.check(backend, "diffuse light", &diffuse)?;
     let mut specular = None;
     if let Some(gloss) = &g.gloss {

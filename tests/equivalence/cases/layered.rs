@@ -8,7 +8,7 @@ use crate::case;
 use crate::common::draw::Draw;
 use glam::Vec3;
 use twinlight::scene::Bounds;
-use twinlight::technique::layered_rsm::{LayeredRsm, Moments, Weights, layered_map};
+use twinlight::technique::layered_rsm::{LayeredRsm, Moments, Weights, layered_map, reflect_params};
 use twinlight::technique::light_map::map_params;
 use twinlight_kernels::passes;
 use twinlight_kernels::passes::elements::*;
@@ -47,11 +47,11 @@ impl Light {
         let hits = map(MAP * MAP, |i| {
             passes::trace_light_map(i, &light, &w.nodes, &w.blocks, &w.triangles, &w.materials, &w.texels)
         });
-        let reflect = ReflectParams { light: number, radiance_scale: 0.5, ..Default::default() };
+        let own = layered_map(&light, &bounds, settings, first);
+        let reflect = reflect_params(&own, number, 0.5);
         let reflected: Vec<ReflectiveTexel> = map(MAP * MAP, |i| {
             passes::reflect_light(i, &reflect, &hits, &w.triangles, &w.materials, &w.texels, &w.lights)
         });
-        let own = layered_map(&light, &bounds, settings, first);
         let texels = |level: u32| settings.layers() * (own.size >> level) * (own.size >> level);
         let words = texel_words(own.format);
         let mut levels = vec![scatter(words * texels(0), texels(0), |i, out| {

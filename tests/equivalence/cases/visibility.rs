@@ -288,3 +288,25 @@ pub fn upsample(draw: &mut Draw) -> Vec<case::upsample> {
         values: previous(draw),
     }]
 }
+
+pub fn filter_interleaved(draw: &mut Draw) -> Vec<case::filter_interleaved> {
+    let [near, _] = worlds(draw);
+    // Half of the pixels lie on a plane of their own: their neighbours count.
+    let mut surfaces = near.surfaces;
+    let count = surfaces.len() as u32;
+    for i in 0..count {
+        if i % WIDTH > WIDTH / 2 {
+            let s = &mut surfaces[i as usize];
+            s.position = Vec4::new((i % WIDTH) as f32, (i / WIDTH) as f32, 2.0, s.position.w);
+            s.normal = Vec4::new(0.0, 0.0, 1.0, s.normal.w);
+            s.triangle = i;
+        }
+    }
+    let params = InterleavedParams { columns: WIDTH, rows: count.div_ceil(WIDTH), ..Default::default() };
+    vec![case::filter_interleaved {
+        launch: launch("planes and others"),
+        params,
+        surfaces,
+        values: previous(draw),
+    }]
+}

@@ -2,19 +2,15 @@
 //!
 //! A surface belongs to a layer by its depth and by ⟨n·l⟩. A layer's finest level merges two by two texels of the map.
 
-use super::lookup::{LayeredMap, WEIGH_OPACITY};
+use super::lookup::LayeredMap;
 use super::reflect::ReflectiveTexel;
 use super::texel::{LayerTexel, TexelSum, pack_texel, texel_words, unpack_texel};
 use crate::gaussian::layer_coordinate;
-use crate::math::{clamp, div, floor, max, to_u32};
+use crate::math::{clamp, floor, max, to_u32};
 use crate::passes::Accumulate;
 use crate::passes::light_map::PROJECT_PARALLEL;
 use crate::passes::voxel_cones::lobes::unpack_mean;
 use crate::passes::voxel_cones::storage::unpack_radiance;
-use glam::Vec3;
-
-/// Surfaces that are lit at a cosine below this count as if it were this.
-const LEAST_COSINE: f32 = 0.02;
 
 /// Returns the texels before those of a level, of one layer: Σ (size/2^i)² over the finer ones.
 #[inline]
@@ -56,18 +52,6 @@ pub fn farthest_squared(map: &LayeredMap) -> f32 {
     max(far * far, 1.0e-18)
 }
 
-/// What a texel of the light's map reflects: its radiance as published, or the flux for each ray, which neither distance nor slant
-/// changes. What is to be filtered is then as smooth as albedo and intensity are.
-#[inline]
-fn reflected_of(map: &LayeredMap, r: &ReflectiveTexel) -> Vec3 {
-    let radiance = unpack_radiance(r.radiance);
-    if map.flags & WEIGH_OPACITY != 0 {
-        return radiance;
-    }
-    let squared = if map.projection == PROJECT_PARALLEL { 1.0 } else { r.depth * r.depth };
-    radiance * div(squared, max(r.cosine, LEAST_COSINE) * farthest_squared(map))
-}
-
 #[inline]
 fn write(map: &LayeredMap, index: u32, t: &LayerTexel, output: &mut impl Accumulate) {
     let words = texel_words(map.format);
@@ -103,7 +87,7 @@ pub fn split_layers(
         if r.cosine >= 0.0 && holds(params, depth_layer, r.depth) && normal_layer(params, r.cosine) == normals
         {
             let one = LayerTexel {
-                reflected: reflected_of(params, r),
+                reflected: unpack_radiance(r.radiance),
                 opacity: 1.0,
                 normal: unpack_mean(r.normal),
                 mean: clamp(layer_coordinate(r.depth, near, far), -1.0, 1.0),

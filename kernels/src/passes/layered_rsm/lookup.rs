@@ -4,8 +4,10 @@ use super::layers::{farthest_squared, layer_range, texels_before};
 use super::texel::{LayerTexel, TexelSum, texel_words, unpack_texel};
 use crate::cone::mip_level;
 use crate::gaussian::{depth_coverage, layer_coordinate, layer_decay};
-use crate::math::{abs, clamp, div, dot, floor, max, sqrt, to_u32};
-use crate::passes::light_map::{LightMapParams, PROJECT_OCTAHEDRON, PROJECT_PARALLEL, place};
+use crate::math::{abs, clamp, div, dot, exp2, floor, max, sqrt, to_u32};
+use crate::passes::light_map::{
+    LightMapParams, PROJECT_OCTAHEDRON, PROJECT_PARALLEL, place, squared_distance,
+};
 use glam::{Vec2, Vec3, Vec4};
 
 /// [`LayeredMap::flags`]: algorithm 1 as published. Surfaces count by their share of the light's rays, what of these is not in
@@ -15,6 +17,8 @@ pub const WEIGH_OPACITY: u32 = 1;
 const LEAST_SHARE: f32 = 0.05;
 /// Surfaces that are lit at a cosine below this have no deeper window.
 const LEAST_COSINE: f32 = 0.1;
+/// Surfaces that are lit at a cosine below this have their flux told for this one.
+pub(super) const LEAST_LIT_COSINE: f32 = 0.02;
 /// How far that is, as a share of the square of its width.
 const SOFTENING: f32 = 0.4;
 /// Beyond any depth, in half layers.
@@ -119,6 +123,19 @@ fn projection(map: &LayeredMap) -> LightMapParams {
     }
 }
 
+/// The width of a map's texel over that of one in its middle, or over the mean of an octahedron's.
+#[inline]
+fn narrowing(map: &LayeredMap, point: Vec2) -> f32 {
+    if map.projection == PROJECT_PARALLEL {
+        return 1.0;
+    }
+    let spread = map.right.truncate();
+    let squared = squared_distance(map.projection, dot(spread, spread), point.x, point.y);
+    // √(4π)/2 widths of its plane are the mean of an octahedron's.
+    let mean = if map.projection == PROJECT_OCTAHEDRON { 0.564_189_6 } else { 1.0 };
+    div(mean, sqrt(squared * sqrt(squared)))
+}
+
 /// Returns the radiance, in stored units, that surfaces lit by the map's light send against `direction` from voxels of `width`
 /// metres at `position`. LRSM eq. 14.
 #[inline]
@@ -128,8 +145,10 @@ pub fn reflected_at(map: &LayeredMap, layers: &[u32], position: Vec3, direction:
         return Vec3::ZERO;
     }
     let levels = map.level as f32 - 1.0;
-    let wanted = div(width * map.footprint, max(at.texel, 1.0e-18));
-    let level = clamp(mip_level(wanted, levels), map.least_level, levels);
+    let texel = max(at.texel * narrowing(map, at.point), 1.0e-18);
+    let level = clamp(mip_level(div(width * map.footprint, texel), levels), map.least_level, levels);
+    // A sample is no finer than the texels that are looked up: what these have beside it is their own surface, no shadow.
+    let width = max(width, div(texel * exp2(level), map.footprint));
     let radius = 0.5 * width * map.window;
     let parallel = map.projection == PROJECT_PARALLEL;
     // A wide sample sees the mean of what falls off around the light: as if this were behind its surfaces by some of its
@@ -138,8 +157,8 @@ pub fn reflected_at(map: &LayeredMap, layers: &[u32], position: Vec3, direction:
     let squared = if parallel { 1.0 } else { max(at.depth * at.depth + soft, 1.0e-18) };
     let (mut light, mut lit, mut dark) = (Vec3::ZERO, 0.0, 0.0);
     for layer in 0..map.depth_layers * map.normal_layers {
-        let counts = layer_weight(map, layer / map.normal_layers, at.depth, radius);
-        if counts > 0.0 {
+        let (counts, shadows) = layer_weights(map, layer / map.normal_layers, at.depth, radius);
+        if max(counts, shadows) > 0.0 {
             let (near, far) = layer_range(map, layer / map.normal_layers);
             let centre = layer_coordinate(at.depth, near, far);
             let t = sample(map, layers, layer, level, at.point, centre);
@@ -150,8 +169,8 @@ pub fn reflected_at(map: &LayeredMap, layers: &[u32], position: Vec3, direction:
                 let height = slant * at.depth;
                 let slant = if parallel { slant } else { sqrt(div(height * height + soft, squared)) };
                 light += t.reflected * (counts * part.within * max(cosine, 0.0));
-                lit += div(counts * t.opacity * part.within * abs(cosine), max(slant, LEAST_COSINE));
-                dark += counts * t.opacity * part.before;
+                lit += div(counts * t.opacity * part.within * abs(cosine), max(slant, LEAST_LIT_COSINE));
+                dark += shadows * t.opacity * part.before;
             }
         }
     }
@@ -162,24 +181,22 @@ pub fn reflected_at(map: &LayeredMap, layers: &[u32], position: Vec3, direction:
     light * div(farthest_squared(map), max(lit + 0.5 * dark, LEAST_SHARE) * squared)
 }
 
-/// How much a depth layer counts for a sample: by LRSM eq. 15, or whether it has surfaces within the sample. As published
-/// nothing else counts; else all layers before do, for their surfaces throw shadows.
+/// How much a depth layer's surfaces count for a sample: by LRSM eq. 15, or whether it has surfaces within the sample. Then how
+/// much those before it count: as published they do not.
 #[inline]
-fn layer_weight(map: &LayeredMap, d: u32, depth: f32, radius: f32) -> f32 {
+fn layer_weights(map: &LayeredMap, d: u32, depth: f32, radius: f32) -> (f32, f32) {
     let (near, far) = layer_range(map, d);
     let (first, last) = (d == 0, d + 1 == map.depth_layers);
     // A steep surface's window is deeper.
     let reach = radius * STEEPEST;
     let published = map.flags & WEIGH_OPACITY != 0;
+    let begun = first || depth + reach >= near;
+    let shadows = if published || !begun { 0.0 } else { 1.0 };
     if map.overlap > 0.0 {
-        return if !published && depth > far {
-            1.0
-        } else {
-            layer_decay(depth, near, far, map.overlap, first, last)
-        };
+        return (layer_decay(depth, near, far, map.overlap, first, last), shadows);
     }
     let behind = !last && depth - reach >= far;
-    if (published && behind) || !(first || depth + reach >= near) { 0.0 } else { 1.0 }
+    (if !begun || behind { 0.0 } else { 1.0 }, shadows)
 }
 
 /// The shares of a layer's surfaces that lie within a sample, and before it as the light sees them.
@@ -206,9 +223,8 @@ fn inside(
     let window = div(radius, half * steep);
     let deviation = sqrt(max(t.variance, map.deviation * map.deviation));
     let within = depth_coverage(t.mean, deviation, centre, window);
-    // All that is nearer than the far end of the window, less what is in it.
-    let before = depth_coverage(t.mean, deviation, centre + window - BEFORE, BEFORE) - within;
-    Parts { within, before: max(before, 0.0) }
+    let before = depth_coverage(t.mean, deviation, centre - window - BEFORE, BEFORE);
+    Parts { within, before }
 }
 
 /// Interpolates a layer at a point of its map, between two levels.

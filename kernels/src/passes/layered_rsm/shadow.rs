@@ -10,6 +10,8 @@ use crate::passes::voxel_cones::march::{Ray, march};
 use crate::passes::voxel_cones::trace::{ConeParams, on_lattice};
 use glam::Vec4;
 
+/// Voxels before a light that hide nothing of it: as far as the last sample reaches.
+const END: f32 = 2.0;
 const THIRD: f32 = 0.333_333_34;
 
 /// Returns the share of light `params.light` that pixel `index` sees, in [0, 1]; 0 where it does not reach.
@@ -38,7 +40,12 @@ pub fn shadow_cone(
         direction: incident.direction,
         normal,
         tangent: if sun { params.extent } else { div(params.extent, max(incident.distance, 1.0e-18)) },
-        reach: if sun { params.reach } else { incident.distance * params.inverse_edge },
+        // What the light stands in or before does not hide it.
+        reach: if sun {
+            params.reach
+        } else {
+            (incident.distance - params.extent) * params.inverse_edge - END
+        },
     };
     let medium = occluders(params, voxels);
     let met = march(params, &ray, &medium);

@@ -37,7 +37,7 @@ pub fn layered_diffuse(
     maps: &[LayeredMap],
     layers: &[u32],
 ) -> Vec4 {
-    diffuse_through(&surfaces[index as usize], params, &binary(params, voxels, maps, layers))
+    diffuse_through(index, surfaces, params, &binary(params, voxels, maps, layers))
 }
 
 /// Returns what the specular lobe of pixel `index` reflects of that and of the environment, for a specular colour of 1; w is

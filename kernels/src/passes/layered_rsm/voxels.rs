@@ -1,12 +1,13 @@
-//! Where is something, in a bit for each voxel and a byte for each above? LRSM §5.
+//! Where is something, in a bit for each voxel and two bytes for each above? LRSM §5.
 //!
-//! Dense: 2^depth voxels along each axis, then levels of half the side, each in its place behind the bits. A byte holds either the
+//! Dense: 2^depth voxels along each axis, then levels of half the side, each in its place behind the bits. The first byte holds either the
 //! mean of the eight voxels below, as published, or for each axis which share of the rays along it is stopped, in steps of
-//! a fifth: 6³ = 216 values. A wall then stays opaque at every level; as a mean it fades by half from one to the next.
+//! a fifth: 6³ = 216 values. A wall then stays opaque at every level; as a mean it fades by half from one to the next. The second
+//! says in the same steps where in the voxel that is: half a coarse voxel off, a wall would be lit from elsewhere.
 
 use super::lookup::Maps;
 use crate::geometry::lattice::unpack_point;
-use crate::math::{abs, floor, ln_one_plus, max, min, to_u32};
+use crate::math::{abs, div, floor, ln_one_plus, max, min, to_u32};
 use crate::passes::Accumulate;
 use crate::passes::scene::{Material, Triangle};
 use crate::passes::voxel_cones::build::{PyramidParams, hole_in};
@@ -28,13 +29,13 @@ gpu_struct! {
     }
 }
 
-/// Returns the number of words of all levels: 2^(3·depth) bits, then bytes.
+/// Returns the number of words of all levels: 2^(3·depth) bits, then two bytes each.
 #[inline]
 pub fn voxel_words(depth: u32) -> u32 {
     level_word(depth, depth) + 1
 }
 
-/// Returns the first word of a level; for level ≥ 1 bytes, four a word.
+/// Returns the first word of a level; for level ≥ 1 two voxels a word.
 #[inline]
 pub fn level_word(depth: u32, level: u32) -> u32 {
     if level == 0 {
@@ -43,7 +44,7 @@ pub fn level_word(depth: u32, level: u32) -> u32 {
     let bits = 1u32 << (3 * depth);
     // Σ 8^(depth − i) for i from 1 below `level`.
     let above = 1u32 << (3 * (depth - level + 1));
-    bits / 32 + (bits - above) / 28
+    bits / 32 + (bits - above) / 14
 }
 
 /// The number of a voxel in its level.
@@ -85,6 +86,13 @@ pub fn pack_cover(cover: Vec3) -> u32 {
     part(cover.x) + 6 * part(cover.y) + 36 * part(cover.z)
 }
 
+/// A place in [0, 1]³ as a byte, to the nearest fifths.
+#[inline]
+fn pack_place(place: Vec3) -> u32 {
+    let part = |x: f32| to_u32(floor(min(max(x, 0.0), 1.0) * 5.0 + 0.5));
+    part(place.x) + 6 * part(place.y) + 36 * part(place.z)
+}
+
 /// Returns what [`pack_cover`] packed, within a tenth; 0 and 1 are exact.
 #[inline]
 pub fn unpack_cover(byte: u32) -> Vec3 {
@@ -94,49 +102,64 @@ pub fn unpack_cover(byte: u32) -> Vec3 {
 /// 1/255
 const BYTE: f32 = 3.921_568_6e-3;
 
-/// What a voxel covers along each axis, or its mean for all three, from the words of its level.
+/// What a voxel holds.
+#[derive(Clone, Copy)]
+struct Held {
+    /// What it covers along each axis, or its mean for all three.
+    cover: Vec3,
+    /// Where in it that is, in [0, 1]³.
+    place: Vec3,
+}
+
+/// What a voxel holds, from the words of its level.
 #[inline]
-fn cover_at(depth: u32, level: u32, mean: bool, voxels: &[u32], point: UVec3) -> Vec3 {
+fn held_at(depth: u32, level: u32, mean: bool, voxels: &[u32], point: UVec3) -> Held {
     let at = number(depth, level, point);
     if level == 0 {
         let bit = (voxels[(at / 32) as usize] >> (at & 31)) & 1;
-        return Vec3::splat(bit as f32);
+        return Held { cover: Vec3::splat(bit as f32), place: Vec3::splat(0.5) };
     }
-    let byte = (voxels[(at / 4) as usize] >> (8 * (at & 3))) & 255;
-    if mean { Vec3::splat(byte as f32 * BYTE) } else { unpack_cover(byte) }
+    let both = voxels[(at / 2) as usize] >> (16 * (at & 1));
+    let cover = if mean { Vec3::splat((both & 255) as f32 * BYTE) } else { unpack_cover(both) };
+    Held { cover, place: unpack_cover(both >> 8) }
 }
 
-/// Returns four voxels of level `params.level` as a word, from the words of the level below.
+/// Returns two voxels of level `params.level` as a word, from the words of the level below.
 #[inline]
 pub fn shrink_voxels(index: u32, params: &ShrinkParams, below: &[u32]) -> u32 {
     let bits = params.depth - params.level;
     let all = 1u32 << (3 * bits);
     let side = (1u32 << bits) - 1;
     let mut word = 0;
-    for k in 0..4 {
-        let at = 4 * index + k;
+    for k in 0..2 {
+        let at = 2 * index + k;
         if at < all {
             let point = UVec3::new(at & side, (at >> bits) & side, at >> (2 * bits));
-            word |= shrunk(params, below, point) << (8 * k);
+            word |= shrunk(params, below, point) << (16 * k);
         }
     }
     word
 }
 
-/// The byte of a voxel from the eight below it.
+/// The bytes of a voxel from the eight below it.
 #[inline]
 fn shrunk(params: &ShrinkParams, below: &[u32], point: UVec3) -> u32 {
     let mean = params.mean != 0;
     let mut cover = [Vec3::ZERO; 8];
-    let mut sum = 0.0;
+    let (mut sum, mut whole, mut place) = (0.0, 0.0, Vec3::ZERO);
     for k in 0..8 {
-        let child = UVec3::new(2 * point.x + (k & 1), 2 * point.y + ((k >> 1) & 1), 2 * point.z + (k >> 2));
-        let one = cover_at(params.depth, params.level - 1, mean, below, child);
-        sum += one.x;
-        cover[k as usize] = one;
+        let half = UVec3::new(k & 1, (k >> 1) & 1, k >> 2);
+        let child = point * 2 + half;
+        let one = held_at(params.depth, params.level - 1, mean, below, child);
+        sum += one.cover.x;
+        cover[k as usize] = one.cover;
+        let weight = (one.cover.x + one.cover.y) + one.cover.z;
+        place += (Vec3::new(half.x as f32, half.y as f32, half.z as f32) + one.place) * (0.5 * weight);
+        whole += weight;
     }
+    let place = if whole > 0.0 { pack_place(place * div(1.0, whole)) << 8 } else { 0 };
     if mean {
-        return to_u32(floor(sum * (0.125 * 255.0) + 0.5));
+        return to_u32(floor(sum * (0.125 * 255.0) + 0.5)) | place;
     }
     // The larger of two behind each other: what is one wall stays one.
     let x = (max(cover[0].x, cover[1].x) + max(cover[2].x, cover[3].x))
@@ -145,7 +168,7 @@ fn shrunk(params: &ShrinkParams, below: &[u32], point: UVec3) -> u32 {
         + (max(cover[4].y, cover[6].y) + max(cover[5].y, cover[7].y));
     let z = (max(cover[0].z, cover[4].z) + max(cover[1].z, cover[5].z))
         + (max(cover[2].z, cover[6].z) + max(cover[3].z, cover[7].z));
-    pack_cover(Vec3::new(x, y, z) * 0.25)
+    pack_cover(Vec3::new(x, y, z) * 0.25) | place
 }
 
 /// The optical depth that stops this share of the light.
@@ -173,21 +196,31 @@ fn depth_of_fifths(n: u32) -> f32 {
     }
 }
 
-/// The optical depths of a voxel along the axes; 0 for an empty one.
+/// A voxel's optical depths along the axes, and where in it that is.
+struct Depths {
+    along: Vec3,
+    place: Vec3,
+}
+
+/// The optical depths of a voxel; 0 for an empty one.
 #[inline]
-fn depths_at(depth: u32, level: u32, mean: bool, voxels: &[u32], point: UVec3) -> Vec3 {
+fn depths_at(depth: u32, level: u32, mean: bool, voxels: &[u32], point: UVec3) -> Depths {
     let at = number(depth, level, point);
+    let centre = Vec3::splat(0.5);
     if level == 0 {
         let bit = (voxels[(at / 32) as usize] >> (at & 31)) & 1;
-        return Vec3::splat(bit as f32 * MAX_OPTICAL_DEPTH);
+        return Depths { along: Vec3::splat(bit as f32 * MAX_OPTICAL_DEPTH), place: centre };
     }
-    let byte = (voxels[(level_word(depth, level) + at / 4) as usize] >> (8 * (at & 3))) & 255;
+    let both = voxels[(level_word(depth, level) + at / 2) as usize] >> (16 * (at & 1));
+    let byte = both & 255;
     if byte == 0 {
-        Vec3::ZERO
+        Depths { along: Vec3::ZERO, place: centre }
     } else if mean {
-        Vec3::splat(depth_of(byte as f32 * BYTE))
+        Depths { along: Vec3::splat(depth_of(byte as f32 * BYTE)), place: centre }
     } else {
-        Vec3::new(depth_of_fifths(byte % 6), depth_of_fifths(byte / 6 % 6), depth_of_fifths(byte / 36))
+        let (x, y, z) = (byte % 6, byte / 6 % 6, byte / 36);
+        let along = Vec3::new(depth_of_fifths(x), depth_of_fifths(y), depth_of_fifths(z));
+        Depths { along, place: unpack_cover(both >> 8) }
     }
 }
 
@@ -198,7 +231,7 @@ pub struct Occluders<'a> {
     pub depth: u32,
     /// Whether levels hold means.
     pub mean: bool,
-    /// Bits, then levels of bytes.
+    /// Bits, then levels of two bytes a voxel.
     pub voxels: &'a [u32],
 }
 
@@ -212,7 +245,7 @@ impl Medium for Occluders<'_> {
         if point.x >= side || point.y >= side || point.z >= side {
             return Sample::EMPTY;
         }
-        let depths = depths_at(self.depth, level, self.mean, self.voxels, point);
+        let Depths { along: depths, place } = depths_at(self.depth, level, self.mean, self.voxels, point);
         let density = if self.mean {
             depths.x
         } else {
@@ -223,8 +256,8 @@ impl Medium for Occluders<'_> {
         }
         // Where it is, so that the mean of many says where the surface is that they are of.
         let edge = (1u32 << level) as f32;
-        let centre = (Vec3::new(point.x as f32, point.y as f32, point.z as f32) + Vec3::splat(0.5)) * edge;
-        Sample { density, carried: centre * density }
+        let at = (Vec3::new(point.x as f32, point.y as f32, point.z as f32) + place) * edge;
+        Sample { density, carried: at * density }
     }
 
     #[inline]

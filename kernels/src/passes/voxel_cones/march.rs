@@ -11,6 +11,8 @@ use glam::{UVec3, Vec3};
 
 /// Samples whose voxels have less weight than this are empty.
 const LEAST_WEIGHT: f32 = 1.0e-3;
+/// Width of voxels as a share of what is left of a cone's reach.
+const END_SHARE: f32 = 0.25;
 
 /// A cone, in voxel edges of level 0.
 #[derive(Clone, Copy)]
@@ -261,7 +263,8 @@ pub fn march<M: Medium>(params: &ConeParams, ray: &Ray, medium: &M) -> Met {
     let mut t = params.start;
     let mut steps = 0;
     while t < end && met.through > params.cutoff && steps < bound {
-        let wanted = diameter(t, ray.tangent) * params.width;
+        // Voxels near the end of the reach do not reach beyond it.
+        let wanted = min(diameter(t, ray.tangent) * params.width, (ray.reach - t) * END_SHARE);
         let level = mip_level(wanted, params.depth as f32);
         let step = exp2(level) * clamp(params.step, 0.015_625, 64.0);
         let at = t + 0.5 * step;

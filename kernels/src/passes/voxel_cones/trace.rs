@@ -9,6 +9,7 @@ use crate::geometry::bvh::NO_TRIANGLE;
 use crate::geometry::lattice::unpack_point;
 use crate::math::{PI, clamp, div, dot, floor, log2, max, min, normalize_or, sqrt, to_u32};
 use crate::passes::gather::{GatherParams, environment_radiance};
+use crate::passes::interleaved::interleaved_turn;
 use crate::passes::material::mirror_direction;
 use crate::passes::surface::Surface;
 use crate::sampling::hemisphere::{cone, to_world};
@@ -73,8 +74,10 @@ gpu_struct! {
         pub light: u32,
         /// Its radius in metres, or the tangent of a sun's half angle.
         pub extent: f32,
-        /// Padding.
-        pub pad0: u32,
+        /// Pixels in a row, where each of 4 × 4 pixels turns its cones another way ([`filter_interleaved`]); 0 where none does.
+        ///
+        /// [`filter_interleaved`]: crate::passes::interleaved::filter_interleaved
+        pub columns: u32,
     }
 }
 
@@ -86,8 +89,8 @@ pub fn on_lattice(params: &ConeParams, point: Vec3) -> Vec3 {
 
 /// The ray of cone `number` over a surface, and its weight.
 #[inline]
-fn hemisphere_cone(params: &ConeParams, origin: Vec3, normal: Vec3, number: u32) -> (Ray, f32) {
-    let own = cone(params.cones, number, 0.0);
+fn hemisphere_cone(params: &ConeParams, origin: Vec3, normal: Vec3, number: u32, turn: f32) -> (Ray, f32) {
+    let own = cone(params.cones, number, turn);
     let direction = to_world(own.direction, normal);
     let tangent = if params.tangent > 0.0 { params.tangent } else { own.tangent };
     (Ray { origin, direction, normal, tangent, reach: params.reach }, own.weight)
@@ -124,9 +127,10 @@ pub fn cone_openness(
     }
     let medium = pyramid(params, blocks, depths, places, radiance);
     let origin = on_lattice(params, s.position.truncate());
+    let turn = interleaved_turn(index, params.columns);
     let mut sum = ConeSum::EMPTY;
     for number in 0..params.cones {
-        let (ray, weight) = hemisphere_cone(params, origin, s.normal.truncate(), number);
+        let (ray, weight) = hemisphere_cone(params, origin, s.normal.truncate(), number, turn);
         let met = march(params, &ray, &medium);
         sum = sum.with(Vec4::new(1.0 - met.occluded, 0.0, 0.0, 0.0), weight);
     }
@@ -185,19 +189,21 @@ pub fn cone_diffuse(
     places: &[u32],
     radiance: &[u32],
 ) -> Vec4 {
-    diffuse_through(&surfaces[index as usize], params, &pyramid(params, blocks, depths, places, radiance))
+    diffuse_through(index, surfaces, params, &pyramid(params, blocks, depths, places, radiance))
 }
 
-/// Returns [`cone_diffuse`] of a surface, through any voxels.
+/// Returns [`cone_diffuse`] of pixel `index`, through any voxels.
 #[inline]
-pub fn diffuse_through<M: Medium>(s: &Surface, params: &ConeParams, medium: &M) -> Vec4 {
+pub fn diffuse_through<M: Medium>(index: u32, surfaces: &[Surface], params: &ConeParams, medium: &M) -> Vec4 {
+    let s = &surfaces[index as usize];
     if s.triangle == NO_TRIANGLE {
         return Vec4::ZERO;
     }
     let origin = on_lattice(params, s.position.truncate());
+    let turn = interleaved_turn(index, params.columns);
     let mut sum = ConeSum::EMPTY;
     for number in 0..params.cones {
-        let (ray, weight) = hemisphere_cone(params, origin, s.normal.truncate(), number);
+        let (ray, weight) = hemisphere_cone(params, origin, s.normal.truncate(), number, turn);
         let met = march(params, &ray, medium);
         sum = sum.with((met.light * params.radiance_unit).extend(met.through), weight);
     }
@@ -289,7 +295,7 @@ pub fn bounce_radiance(
     let medium = pyramid(params, blocks, depths, places, radiance);
     let mut sum = ConeSum::EMPTY;
     for number in 0..params.cones {
-        let (ray, weight) = hemisphere_cone(params, origin, normal, number);
+        let (ray, weight) = hemisphere_cone(params, origin, normal, number, 0.0);
         let met = march(params, &ray, &medium);
         let mut light = met.light;
         if params.flags & CONES_SEE_ENVIRONMENT != 0 {
