@@ -18,7 +18,7 @@ use twinlight::technique::{Job, LightPart, Rendered, View, World};
 /// What a line of the table changes.
 type Change = (&'static str, fn(&mut LayeredRsm));
 
-const CHANGES: [Change; 23] = [
+const CHANGES: [Change; 24] = [
     ("as it is: 128³, 16 cones, maps 512², 2 × 2 layers", |_| ()),
     ("64³", |s| s.resolution = 64),
     ("256³", |s| s.resolution = 256),
@@ -28,6 +28,7 @@ const CHANGES: [Change; 23] = [
     ("6 cones", |s| s.cones.count = 6),
     ("32 cones", |s| s.cones.count = 32),
     ("64 cones", |s| s.cones.count = 64),
+    ("16 cones, alike in all pixels", |s| s.cones.interleave = false),
     ("1 layer", |s| (s.depth_layers, s.normal_layers) = (1, 1)),
     ("2 × 1 layers", |s| (s.depth_layers, s.normal_layers) = (2, 1)),
     ("1 × 2 layers", |s| (s.depth_layers, s.normal_layers) = (1, 2)),

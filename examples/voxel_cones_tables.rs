@@ -17,7 +17,7 @@ use twinlight::technique::{Cones, Job, LightPart, View, World, ambient_occlusion
 /// What a line of the table changes.
 type Change = (&'static str, fn(&mut VoxelCones));
 
-const CHANGES: [Change; 16] = [
+const CHANGES: [Change; 17] = [
     ("as it is: 128³, 16 cones", |_| ()),
     ("32³", |s| s.resolution = 32),
     ("64³", |s| s.resolution = 64),
@@ -26,6 +26,7 @@ const CHANGES: [Change; 16] = [
     ("32 cones", |s| s.cones.count = 32),
     ("64 cones", |s| s.cones.count = 64),
     ("64 cones, 256³", |s| (s.cones.count, s.resolution) = (64, 256)),
+    ("16 cones, alike in all pixels", |s| s.cones.interleave = false),
     ("16 cones of 10°", |s| s.cones.half_angle = Some(5.0)),
     ("16 cones of 60°", |s| s.cones.half_angle = Some(30.0)),
     ("voxels as wide as cones", |s| s.cones.width = 1.0),

@@ -1,5 +1,6 @@
 //! How is the project built and checked? Every step of CI is one of these commands.
 
+mod composites;
 mod manifest;
 mod shaders;
 mod spirv;

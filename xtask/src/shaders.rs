@@ -104,7 +104,7 @@ fn with_rust_gpu(action: Action) -> Result<(), String> {
 mod compile {
     use super::*;
     use crate::manifest::{Module, sha256};
-    use crate::spirv;
+    use crate::{composites, spirv};
     use spirv_builder::{ModuleResult, SpirvBuilder, SpirvMetadata};
     use std::collections::BTreeMap;
 
@@ -190,9 +190,13 @@ mod compile {
         let words: Vec<u32> =
             bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
         if variant == "fast" {
-            return Ok(bytes);
+            return match composites::structs_of_pointers(&words)? {
+                0 => Ok(bytes),
+                count => Err(format!("fast/{entry}: {count} structs of pointers, on which drivers crash")),
+            };
         }
         let words = spirv::strip_debug(&words).map_err(|e| format!("{entry}: {e}"))?;
+        let words = composites::dissolve(&words).map_err(|e| format!("{entry}: {e}"))?;
         let words = spirv::forbid_contraction(&words).map_err(|e| format!("{entry}: {e}"))?;
         let inexact =
             spirv::inexact(&words, variant == "strict-native").map_err(|e| format!("{entry}: {e}"))?;

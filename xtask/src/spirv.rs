@@ -1,9 +1,9 @@
 //! How does a SPIR-V module forbid contraction, and does it only use what every device computes alike?
 #![cfg_attr(not(feature = "shaders"), allow(dead_code))]
 
-const HEADER: usize = 5;
+pub(crate) const HEADER: usize = 5;
 const OP_EXT_INST: u32 = 12;
-const OP_DECORATE: u32 = 71;
+pub(crate) const OP_DECORATE: u32 = 71;
 const OP_FDIV: u32 = 136;
 const OP_FUNCTION: u32 = 54;
 const NO_CONTRACTION: u32 = 42;
@@ -22,7 +22,7 @@ const EXACT_EXTENDED: [u32; 16] = [4, 5, 8, 37, 38, 39, 40, 41, 42, 44, 45, 73, 
 const SQRT: u32 = 31;
 
 /// Word position, opcode and word count of every instruction.
-fn instructions(words: &[u32]) -> Result<Vec<(usize, u32, usize)>, String> {
+pub(crate) fn instructions(words: &[u32]) -> Result<Vec<(usize, u32, usize)>, String> {
     if words.len() < HEADER || words[0] != 0x0723_0203 {
         return Err("not a SPIR-V module".into());
     }

@@ -2,6 +2,7 @@
 //! neighbourhood has all of them (interleaved sampling with a discontinuity buffer).
 
 use super::surface::Surface;
+use super::upsample::without_faint;
 use crate::gaussian::normal_similarity;
 use crate::geometry::bvh::NO_TRIANGLE;
 use crate::math::{div, dot, max, saturate};
@@ -23,6 +24,8 @@ gpu_struct! {
 
 /// How fast a neighbour off the pixel's tangent plane stops to count: none does from asin ¼ on, 14°.
 const OFF_PLANE: f32 = 16.0;
+/// Neighbours that weigh less do not count.
+const LEAST_WEIGHT: f32 = 1.0e-4;
 
 /// Returns the part of a turn, of sixteenths, by which pixel `index` turns its directions; 0 for all if `columns` is 0.
 ///
@@ -62,13 +65,15 @@ pub fn filter_interleaved(
             let other = &surfaces[at];
             if other.triangle != NO_TRIANGLE {
                 let weight = border(k % 5) * border(k / 5) * alike(s, other);
-                sum += values[at] * weight;
-                whole += weight;
+                if weight > LEAST_WEIGHT {
+                    sum += values[at] * weight;
+                    whole += weight;
+                }
             }
         }
     }
     // The pixel itself counts 1.
-    sum * div(1.0, max(whole, 1.0))
+    without_faint(sum * div(1.0, max(whole, 1.0)))
 }
 
 /// The weight of a column or row of five.

@@ -23,12 +23,14 @@ macro_rules! for_each_pass {
             /// Intersections, voxel walks and overlaps over arrays.
             map evaluate_geometry(EvaluateParams; 1 a: Vec4, 2 b: Vec4, 3 c: Vec4, 4 d: Vec4, 5 e: Vec4)
                 -> 6 values: Evaluation, Tolerance::Relative { relative: 1e-5, absolute: 1e-5, flips: 0.02 };
+            // exp as of NVIDIA's H200: 1.8e-5.
             /// Gaussian lobes, weights and depth windows over arrays.
             map evaluate_gaussian(EvaluateParams; 1 a: Vec4, 2 b: Vec4, 3 c: Vec4) -> 4 values: Vec4,
-                Tolerance::Relative { relative: 2e-6, absolute: 1e-6, flips: 0.0 };
+                Tolerance::Relative { relative: 2e-5, absolute: 1e-6, flips: 0.0 };
+            // exp2 and log2 as of NVIDIA's H200: 3.8e-5.
             /// Cone steps and compositing over arrays.
             map evaluate_cone(EvaluateParams; 1 a: Vec4, 2 b: Vec4) -> 3 values: Vec4,
-                Tolerance::Relative { relative: 2e-6, absolute: 1e-6, flips: 0.0 };
+                Tolerance::Relative { relative: 5e-5, absolute: 1e-6, flips: 0.0 };
             /// Spherical harmonics of order 3: linear operations and products.
             map evaluate_sh3(EvaluateParams; 1 a: ShVector, 2 b: ShVector, 3 arguments: Vec4) -> 4 vectors: ShVector,
                 Tolerance::Relative { relative: 5e-7, absolute: 5e-7, flips: 0.0 };
@@ -180,18 +182,20 @@ macro_rules! for_each_pass {
             /// Position, normal and lobe coverage of each coarse pixel.
             map list_headers(ListParams; 1 surfaces: Surface, 2 coverage: f32) -> 3 headers: ListHeader,
                 Tolerance::Relative { relative: 1e-5, absolute: 1e-6, flips: 1e-3 };
+            // Shares of voxels near the threshold; up to 0.6 % on NVIDIA's H200.
             /// Light from visible voxels: irradiance/π.
             map gather_diffuse(GatherVoxelsParams; 1 surfaces: Surface, 2 headers: ListHeader, 3 lists: u32,
                 4 voxels: Voxel, 5 proxies: Proxy, 6 radiance: Vec4) -> 7 light: Vec4,
-                Tolerance::Relative { relative: 1e-3, absolute: 1e-5, flips: 1e-3 };
+                Tolerance::Relative { relative: 1e-3, absolute: 1e-5, flips: 1e-2 };
             /// Light from visible voxels in the specular lobe.
             map gather_specular(GatherVoxelsParams; 1 surfaces: Surface, 2 gloss: Vec4, 3 headers: ListHeader,
                 4 lists: u32, 5 voxels: Voxel, 6 proxies: Proxy, 7 radiance: Vec4) -> 8 light: Vec4,
                 Tolerance::Relative { relative: 2e-3, absolute: 1e-4, flips: 1e-3 };
+            // Discs of one triangle lie in one plane: which is nearest is a matter of rounding, for 7.5 % of pixels on NVIDIA's H200.
             /// The proxies as discs.
             map draw_proxies(CameraParams; 1 grid: GridParams, 2 starts: u32, 3 pairs: u32, 4 proxies: Proxy,
                 5 radiance: Vec4) -> 6 picture: Vec4,
-                Tolerance::Relative { relative: 1e-5, absolute: 1e-5, flips: 1e-2 };
+                Tolerance::Relative { relative: 1e-5, absolute: 1e-5, flips: 0.1 };
             /// All triangles in the cell that is the whole.
             map root_pairs(VoxeliseParams;) -> 1 pairs: u32, Tolerance::Exact;
             // Triangles that touch a cell's border may tip.
@@ -216,10 +220,11 @@ macro_rules! for_each_pass {
             /// Where each voxel lies.
             map voxel_points(PyramidParams; 1 blocks: u32) -> 2 points: u32, Tolerance::Exact;
             // A clipped corner may move by a rounding, and with it a count of 2⁻²⁰ of a face.
+            // Rounded areas: 6.8 % of the words differ by one on NVIDIA's H200.
             /// What triangles cover of their voxels.
             scatter accumulate_leaves(PyramidParams; 1 pairs: u32, 2 blocks: u32, 3 triangles: Triangle,
                 4 materials: Material, 5 texels: u32) -> 6 sums: u32,
-                Tolerance::Relative { relative: 1e-3, absolute: 64.0, flips: 2e-2 };
+                Tolerance::Relative { relative: 1e-3, absolute: 64.0, flips: 0.1 };
             /// Optical depths of the leaves.
             map leaf_depths(PyramidParams; 1 sums: u32) -> 2 depths: u32,
                 Tolerance::Relative { relative: 0.0, absolute: 0.0, flips: 2e-2 };

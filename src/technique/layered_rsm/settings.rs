@@ -132,7 +132,13 @@ impl LayeredRsm {
             weights: Weights::Opacity,
             window: 1.0,
             footprint: 1.0,
-            cones: Cones { count: 6, specular_half_angle: Some(5.0), width: 1.0, ..Cones::default() },
+            cones: Cones {
+                count: 6,
+                specular_half_angle: Some(5.0),
+                width: 1.0,
+                interleave: false,
+                ..Cones::default()
+            },
             shadow_cones: true,
             illumination: Some((1280, 720)),
             ..Self::default()

@@ -69,7 +69,13 @@ impl VoxelCones {
     pub fn preset(name: &str) -> Option<Self> {
         let sponza = Self {
             resolution: 512,
-            cones: Cones { count: 3, specular_half_angle: Some(5.0), width: 1.0, ..Cones::default() },
+            cones: Cones {
+                count: 3,
+                specular_half_angle: Some(5.0),
+                width: 1.0,
+                interleave: false,
+                ..Cones::default()
+            },
             illumination: Some((512, 512)),
             ..Self::default()
         };

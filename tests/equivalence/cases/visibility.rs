@@ -302,7 +302,7 @@ pub fn filter_interleaved(draw: &mut Draw) -> Vec<case::filter_interleaved> {
             s.triangle = i;
         }
     }
-    let params = InterleavedParams { columns: WIDTH, rows: count.div_ceil(WIDTH), ..Default::default() };
+    let params = InterleavedParams { columns: WIDTH, rows: count / WIDTH, ..Default::default() };
     vec![case::filter_interleaved {
         launch: launch("planes and others"),
         params,
