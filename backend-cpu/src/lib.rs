@@ -17,6 +17,7 @@ mod passes;
 pub use buffer::CpuBuffer;
 
 use bytemuck::{Pod, Zeroable};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 use twinlight_kernels::passes::{PassInfo, PassTiming};
 
@@ -52,13 +53,14 @@ pub struct Cpu {
     pool: rayon::ThreadPool,
     timings: Vec<PassTiming>,
     stage: &'static str,
+    allocations: Mutex<Option<Vec<(&'static str, String, u64)>>>,
 }
 
 impl Cpu {
     /// Starts `threads` worker threads, or one per core.
     pub fn new(threads: Option<usize>) -> Result<Self, CpuError> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build()?;
-        Ok(Self { pool, timings: Vec::new(), stage: "" })
+        Ok(Self { pool, timings: Vec::new(), stage: "", allocations: Mutex::new(None) })
     }
 
     /// Number of worker threads.
@@ -73,14 +75,14 @@ impl Cpu {
 
     /// A buffer that holds a copy of `data`.
     pub fn upload<T: Pod>(&self, label: &str, data: &[T]) -> Result<CpuBuffer<T>, CpuError> {
-        let mut values = reserve(label, data.len())?;
+        let mut values = self.reserve(label, data.len())?;
         values.extend_from_slice(data);
         Ok(CpuBuffer { values })
     }
 
     /// A buffer of `len` zeros.
     pub fn alloc<T: Pod>(&self, label: &str, len: usize) -> Result<CpuBuffer<T>, CpuError> {
-        let mut values = reserve(label, len)?;
+        let mut values = self.reserve(label, len)?;
         values.resize(len, T::zeroed());
         Ok(CpuBuffer { values })
     }
@@ -111,17 +113,31 @@ impl Cpu {
         self.stage = stage;
     }
 
+    /// Begins to list every buffer that is made, or ends it and forgets them.
+    pub fn log_allocations(&mut self, on: bool) {
+        self.allocations = Mutex::new(on.then(Vec::new));
+    }
+
+    /// The buffers made since the last call, while they are listed: stage, label and bytes of each, in order.
+    pub fn take_allocations(&mut self) -> Vec<(&'static str, String, u64)> {
+        let list = self.allocations.get_mut().unwrap_or_else(PoisonError::into_inner);
+        list.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    fn reserve<T: Zeroable>(&self, label: &str, len: usize) -> Result<Vec<T>, CpuError> {
+        let bytes = len as u64 * size_of::<T>() as u64;
+        let mut values = Vec::new();
+        values
+            .try_reserve_exact(len)
+            .map_err(|_| CpuError::OutOfMemory { label: label.to_owned(), bytes })?;
+        if let Some(list) = self.allocations.lock().unwrap_or_else(PoisonError::into_inner).as_mut() {
+            list.push((self.stage, label.to_owned(), bytes));
+        }
+        Ok(values)
+    }
+
     fn record(&mut self, pass: &'static PassInfo, items: u32, bytes: u64, time: Duration) {
         let (stage, nanoseconds) = (self.stage, time.as_nanos() as f64);
         self.timings.push(PassTiming { pass: pass.name, stage, items, bytes, nanoseconds });
     }
-}
-
-fn reserve<T: Zeroable>(label: &str, len: usize) -> Result<Vec<T>, CpuError> {
-    let mut values = Vec::new();
-    values.try_reserve_exact(len).map_err(|_| CpuError::OutOfMemory {
-        label: label.to_owned(),
-        bytes: len as u64 * size_of::<T>() as u64,
-    })?;
-    Ok(values)
 }

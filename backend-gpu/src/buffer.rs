@@ -68,6 +68,10 @@ impl Gpu {
                 mapped_at_creation: false,
             })
         })?;
+        let stage = self.timestamps.stage();
+        if let Some(list) = &mut self.allocations {
+            list.push((stage, label.to_owned(), bytes));
+        }
         Ok(GpuBuffer { raw: RawBuffer { buffer, len, bytes }, element: PhantomData })
     }
 

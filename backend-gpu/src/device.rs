@@ -26,6 +26,7 @@ pub struct Gpu {
     pub(crate) encoder: Option<wgpu::CommandEncoder>,
     pub(crate) arena: Arena,
     pub(crate) timestamps: Timestamps,
+    pub(crate) allocations: Option<Vec<(&'static str, String, u64)>>,
     pub(crate) lost: Arc<Mutex<Option<String>>>,
     adapter: wgpu::AdapterInfo,
     probe: Option<Probe>,
@@ -137,6 +138,7 @@ impl Gpu {
             encoder: None,
             arena,
             timestamps,
+            allocations: None,
             lost,
             adapter,
             probe: None,
@@ -199,6 +201,24 @@ impl Gpu {
     /// Number of pipelines created so far: effects that nobody called for have none.
     pub fn pipeline_count(&self) -> usize {
         self.pipelines.len()
+    }
+
+    /// The passes that have a pipeline, sorted by name.
+    pub fn pipeline_names(&self) -> Vec<&'static str> {
+        let mut names: Vec<_> = self.pipelines.keys().copied().collect();
+        names.sort_unstable();
+        names
+    }
+
+    /// Begins to list every buffer that is made, or ends it and forgets them.
+    pub fn log_allocations(&mut self, on: bool) {
+        self.allocations = on.then(Vec::new);
+    }
+
+    /// The buffers made since the last call, while they are listed: stage, label and bytes of each, in order. An empty
+    /// one takes 16 bytes.
+    pub fn take_allocations(&mut self) -> Vec<(&'static str, String, u64)> {
+        self.allocations.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
     /// Runs a call and turns wgpu's complaints into an error.

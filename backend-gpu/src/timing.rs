@@ -48,6 +48,10 @@ impl Timestamps {
         }
     }
 
+    pub(crate) fn stage(&self) -> &'static str {
+        self.stage
+    }
+
     pub(crate) fn full(&self) -> bool {
         self.current.len() >= CAPACITY as usize
     }

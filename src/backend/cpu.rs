@@ -1,6 +1,6 @@
 //! How does the CPU crate serve as a backend?
 
-use super::{Backend, BackendError, BufferElement, BufferLength, Cpu, CpuBuffer};
+use super::{Allocation, Backend, BackendError, BufferElement, BufferLength, Cpu, CpuBuffer, listed};
 use bytemuck::Pod;
 use twinlight_kernels::passes::PassTiming;
 use twinlight_kernels::passes::elements::*;
@@ -33,6 +33,12 @@ macro_rules! implement {
             }
             fn download<T: BufferElement>(&mut self, buffer: &CpuBuffer<T>) -> Result<Vec<T>, BackendError> {
                 Ok(Cpu::download(self, buffer))
+            }
+            fn log_allocations(&mut self, on: bool) {
+                Cpu::log_allocations(self, on);
+            }
+            fn take_allocations(&mut self) -> Vec<Allocation> {
+                listed(Cpu::take_allocations(self))
             }
             fn set_stage(&mut self, stage: &'static str) {
                 Cpu::set_stage(self, stage);

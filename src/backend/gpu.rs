@@ -1,6 +1,6 @@
 //! How does the GPU crate serve as a backend?
 
-use super::{Backend, BackendError, BufferElement, BufferLength, Gpu, GpuBuffer};
+use super::{Allocation, Backend, BackendError, BufferElement, BufferLength, Gpu, GpuBuffer, listed};
 use bytemuck::Pod;
 use twinlight_kernels::passes::PassTiming;
 use twinlight_kernels::passes::elements::*;
@@ -31,6 +31,12 @@ macro_rules! implement {
             }
             fn download<T: BufferElement>(&mut self, buffer: &GpuBuffer<T>) -> Result<Vec<T>, BackendError> {
                 Ok(Gpu::download(self, buffer)?)
+            }
+            fn log_allocations(&mut self, on: bool) {
+                Gpu::log_allocations(self, on);
+            }
+            fn take_allocations(&mut self) -> Vec<Allocation> {
+                listed(Gpu::take_allocations(self))
             }
             fn set_stage(&mut self, stage: &'static str) {
                 Gpu::set_stage(self, stage);

@@ -5,8 +5,10 @@
 mod cpu;
 mod gpu;
 mod pair;
+mod recorder;
 
 pub use pair::{PairBackend, PairBuffer};
+pub use recorder::{Recorder, RecorderBuffer};
 pub use twinlight_cpu::{Cpu, CpuBuffer, CpuError};
 pub use twinlight_gpu::{Arithmetic, Gpu, GpuBuffer, GpuError, GpuOptions};
 
@@ -29,9 +31,28 @@ pub enum BackendError {
     /// On the GPU.
     #[error(transparent)]
     Gpu(#[from] GpuError),
+    /// A scene cannot be used.
+    #[error(transparent)]
+    Scene(#[from] crate::error::SceneError),
     /// A technique's knob is out of range.
     #[error(transparent)]
     Settings(#[from] crate::error::SettingsError),
+}
+
+/// A buffer that was made.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Allocation {
+    /// The part of a technique that it was made for.
+    pub stage: &'static str,
+    /// Its name.
+    pub label: String,
+    /// Its size.
+    pub bytes: u64,
+}
+
+/// What a backend lists as what this crate shows.
+fn listed(list: Vec<(&'static str, String, u64)>) -> Vec<Allocation> {
+    list.into_iter().map(|(stage, label, bytes)| Allocation { stage, label, bytes }).collect()
 }
 
 /// The number of elements of a buffer.
@@ -61,6 +82,15 @@ macro_rules! backend_trait {
             fn clear<T: BufferElement>(&mut self, buffer: &mut Self::Buffer<T>) -> Result<(), BackendError>;
             /// A copy of the elements after all passes so far.
             fn download<T: BufferElement>(&mut self, buffer: &Self::Buffer<T>) -> Result<Vec<T>, BackendError>;
+            /// A copy of elements on which nothing that follows depends: a picture's, or counts for the reader. A backend that
+            /// only plans has no need to know them.
+            fn read_result<T: BufferElement>(&mut self, buffer: &Self::Buffer<T>) -> Result<Vec<T>, BackendError> {
+                self.download(buffer)
+            }
+            /// Begins to list every buffer that is made, or ends it and forgets them.
+            fn log_allocations(&mut self, on: bool);
+            /// The buffers made since the last call, while they are listed, in order.
+            fn take_allocations(&mut self) -> Vec<Allocation>;
             /// Names the part of a technique that the passes from here on belong to, for their timings.
             fn set_stage(&mut self, stage: &'static str);
             /// The timings since the last call, in order, after all passes so far have run.

@@ -1,6 +1,8 @@
 //! Where do the two backends differ, pass by pass?
 
-use super::{Backend, BackendError, BufferElement, BufferLength, Cpu, CpuBuffer, Gpu, GpuBuffer};
+use super::{
+    Allocation, Backend, BackendError, BufferElement, BufferLength, Cpu, CpuBuffer, Gpu, GpuBuffer, listed,
+};
 use crate::report::agreement::{Agreement, compare_elements};
 use twinlight_kernels::passes::elements::*;
 use twinlight_kernels::passes::{PassTiming, info};
@@ -82,6 +84,12 @@ macro_rules! implement {
             }
             fn download<T: BufferElement>(&mut self, buffer: &PairBuffer<T>) -> Result<Vec<T>, BackendError> {
                 Ok(self.cpu.download(&buffer.cpu))
+            }
+            fn log_allocations(&mut self, on: bool) {
+                self.cpu.log_allocations(on);
+            }
+            fn take_allocations(&mut self) -> Vec<Allocation> {
+                listed(self.cpu.take_allocations())
             }
             fn set_stage(&mut self, stage: &'static str) {
                 self.cpu.set_stage(stage);

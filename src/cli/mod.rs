@@ -44,7 +44,9 @@ impl From<crate::error::SceneError> for Failure {
 impl From<crate::backend::BackendError> for Failure {
     fn from(e: crate::backend::BackendError) -> Self {
         match e {
-            crate::backend::BackendError::Settings(_) => Self::Request(e.to_string()),
+            crate::backend::BackendError::Settings(_) | crate::backend::BackendError::Scene(_) => {
+                Self::Request(e.to_string())
+            }
             _ => Self::Work(e.to_string()),
         }
     }

@@ -85,7 +85,7 @@ pub struct Dropped {
 }
 
 /// What a scene has, as far as it decides which effects are needed. Only materials in use count.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Census {
     /// Number of triangles.
     pub triangles: u64,
@@ -105,6 +105,16 @@ pub struct Census {
     pub suns: u64,
     /// Whether the surroundings give light.
     pub has_environment: bool,
+    /// Share of the surfaces' area that is glossy.
+    pub glossy_share: f64,
+    /// Share of the surfaces' area that emits when it is allowed to.
+    pub emissive_share: f64,
+    /// No surface reflects more of the light that arrives than this, diffusely and in its lobe.
+    pub largest_albedo: f64,
+    /// No surface's lobe reflects more than this.
+    pub largest_specular: f64,
+    /// Number of spherical proxies.
+    pub proxies: u64,
 }
 
 impl Scene {
@@ -161,18 +171,61 @@ impl Scene {
                 *used = true;
             }
         }
+        let (mut whole, mut glossy, mut emissive) = (0.0, 0.0, 0.0);
+        for triangle in &self.triangles {
+            let Some(m) = self.materials.get(triangle.material as usize) else { continue };
+            let own = area(triangle);
+            whole += own;
+            glossy += if is_glossy(m) { own } else { 0.0 };
+            emissive += if is_emissive(m) { own } else { 0.0 };
+        }
+        let share = |part: f64| if whole > 0.0 { part / whole } else { 0.0 };
         let in_use = || self.materials.iter().zip(&used).filter(|(_, used)| **used).map(|(m, _)| m);
         let lights = |kind: u32| self.lights.iter().filter(|light| light.kind == kind).count() as u64;
         Census {
             triangles: self.triangles.len() as u64,
             materials: in_use().count() as u64,
-            has_gloss: in_use().any(|m| m.roughness < 1.0 || m.metallic > 0.0 || m.rough_size != NO_TEXTURE),
-            has_emission: in_use().any(|m| m.emission.truncate().max_element() > 0.0),
+            has_gloss: in_use().any(is_glossy),
+            has_emission: in_use().any(is_emissive),
             has_masked: in_use().any(|m| m.flags & MATERIAL_MASKED != 0),
             points: lights(LIGHT_POINT),
             spots: lights(LIGHT_SPOT),
             suns: lights(LIGHT_SUN),
             has_environment: self.environment.is_lit(),
+            glossy_share: share(glossy),
+            emissive_share: share(emissive),
+            largest_albedo: in_use().map(|m| largest_reflectance(m).0).fold(0.0, f64::max),
+            largest_specular: in_use().map(|m| largest_reflectance(m).1).fold(0.0, f64::max),
+            proxies: self.proxies.len() as u64,
         }
     }
+}
+
+fn is_glossy(m: &Material) -> bool {
+    m.roughness < 1.0 || m.metallic > 0.0 || m.rough_size != NO_TEXTURE
+}
+
+fn is_emissive(m: &Material) -> bool {
+    m.emission.truncate().max_element() > 0.0
+}
+
+/// What a material reflects in all and in its lobe at most, whatever its textures hold: those multiply by at most 1.
+fn largest_reflectance(m: &Material) -> (f64, f64) {
+    let base = f64::from(m.base.truncate().max_element());
+    if !is_glossy(m) {
+        return (base, 0.0);
+    }
+    // Albedo b (1 − g s) and lobe g (0.04 (1 − m) + m b): their sum is b + 0.04 g (1 − m) (1 − b) − …, at most the larger of both
+    // ends over g and m in what the factors allow.
+    let metallic = f64::from(m.metallic);
+    let dielectric = if m.rough_size == NO_TEXTURE { 0.04 * (1.0 - metallic) } else { 0.04 };
+    let rough = if m.rough_size == NO_TEXTURE { f64::from(m.roughness) } else { 0.0 };
+    let gloss = 1.0 - rough.powi(4);
+    ((base + gloss * dielectric * (1.0 - base)).min(1.0), gloss * (dielectric + metallic * base).min(1.0))
+}
+
+/// A triangle's area in m².
+pub(crate) fn area(t: &Triangle) -> f64 {
+    let [a, b, c] = [t.p0, t.p1, t.p2].map(|p| p.truncate().as_dvec3());
+    0.5 * (b - a).cross(c - a).length()
 }

@@ -45,7 +45,7 @@ pub fn render<B: Backend>(
             g.count(),
         )?;
         seen.check(backend, "openness", &openness)?;
-        let values = backend.download(&openness)?;
+        let values = backend.read_result(&openness)?;
         for (pixel, value) in picture.pixels[band.start as usize..].iter_mut().zip(values) {
             *pixel = Vec3::splat(value);
         }

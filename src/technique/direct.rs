@@ -27,7 +27,7 @@ pub fn render<B: Backend>(
     for band in bands(view) {
         let g = GBuffer::trace(backend, world, view, band.clone(), &mut seen)?;
         let radiance = band_radiance(backend, world, &g, job, &mut seen)?;
-        let values = backend.download(&radiance)?;
+        let values = backend.read_result(&radiance)?;
         for (pixel, value) in picture.pixels[band.start as usize..].iter_mut().zip(values) {
             *pixel = value.truncate();
         }
@@ -69,11 +69,12 @@ fn radiance<B: Backend>(
     let count = g.count();
     let mut sum = backend.alloc("radiance", count as usize)?;
     let mut next = backend.alloc("radiance", count as usize)?;
-    for first_light in (0..world.light_count).step_by(LIGHTS_PER_WORD as usize) {
+    let light_count = if world.lights_shine { world.light_count } else { 0 };
+    for first_light in (0..light_count).step_by(LIGHTS_PER_WORD as usize) {
         let params = LightParams {
             eye: g.params.eye,
             first_light,
-            light_count: LIGHTS_PER_WORD.min(world.light_count - first_light),
+            light_count: LIGHTS_PER_WORD.min(light_count - first_light),
             ..Default::default()
         };
         let visible = visibility(backend, world, g, &params, seen)?;

@@ -6,6 +6,7 @@ use crate::backend::{Backend, BackendError};
 use crate::error::SettingsError;
 use crate::picture::Picture;
 use glam::{Vec3, Vec4};
+use std::rc::Rc;
 use twinlight_kernels::passes::elements::{InterleavedParams, Surface, UpsampleParams};
 
 /// The largest number of pixels at which light is gathered.
@@ -69,7 +70,7 @@ pub(super) fn picture<B: Backend>(
             sum = gathered.add_to(backend, view, &g, sum)?;
             seen.check(backend, "radiance", &sum)?;
         }
-        let values = backend.download(&sum)?;
+        let values = backend.read_result(&sum)?;
         for (pixel, value) in picture.pixels[band.start as usize..].iter_mut().zip(values) {
             *pixel = value.truncate();
         }
@@ -97,7 +98,7 @@ pub struct Gathered<B: Backend> {
     /// Rows.
     pub height: u32,
     /// What these pixels see.
-    pub surfaces: B::Buffer<Surface>,
+    pub seen: Rc<GBuffer<B>>,
     /// Irradiance/π.
     pub diffuse: B::Buffer<Vec4>,
     /// What a specular colour of 1 reflects; only where the scene has gloss.
@@ -114,12 +115,12 @@ impl<B: Backend> Gathered<B> {
             pixels: light.iter().map(|&v| colour(v)).collect(),
         };
         if seen.wants("diffuse") || seen.wants("ao") {
-            let light = backend.download(&self.diffuse)?;
+            let light = backend.read_result(&self.diffuse)?;
             seen.keep("diffuse", || picture(&light, Vec4::truncate));
             seen.keep("ao", || picture(&light, |v| Vec3::splat(v.w)));
         }
         if let Some(specular) = self.specular.as_ref().filter(|_| seen.wants("specular")) {
-            let light = backend.download(specular)?;
+            let light = backend.read_result(specular)?;
             seen.keep("specular", || picture(&light, Vec4::truncate));
         }
         Ok(())
@@ -145,11 +146,11 @@ impl<B: Backend> Gathered<B> {
         };
         let mut fine = backend.alloc("upsampled light", count as usize)?;
         let mut next = backend.alloc("radiance", count as usize)?;
-        backend.upsample(&params, &g.surfaces, &self.surfaces, &self.diffuse, &mut fine, count)?;
+        backend.upsample(&params, &g.surfaces, &self.seen.surfaces, &self.diffuse, &mut fine, count)?;
         backend.add_diffuse_reflection(&Default::default(), &g.surfaces, &fine, &sum, &mut next, count)?;
         std::mem::swap(&mut sum, &mut next);
         if let (Some(specular), Some(gloss)) = (&self.specular, &g.gloss) {
-            backend.upsample(&params, &g.surfaces, &self.surfaces, specular, &mut fine, count)?;
+            backend.upsample(&params, &g.surfaces, &self.seen.surfaces, specular, &mut fine, count)?;
             backend.add_specular_reflection(&Default::default(), gloss, &fine, &sum, &mut next, count)?;
             std::mem::swap(&mut sum, &mut next);
         }

@@ -1,13 +1,17 @@
 //! Which surface does each pixel of a band see?
 
+use super::world::KeptGBuffer;
 use super::{Inspection, View, World};
 use crate::backend::{Backend, BackendError};
 use glam::{Vec3, Vec4};
 use std::ops::Range;
+use std::rc::Rc;
 use twinlight_kernels::passes::elements::{CameraParams, Surface};
 
 /// Pixels of a band: pictures of any size fit into the smallest binding that devices allow.
 pub const BAND_PIXELS: u32 = 1 << 20;
+/// Pixels of all G-buffers that a world keeps, at most: about half a gigabyte.
+const MAX_KEPT: u64 = 1 << 22;
 
 /// The buffers that describe what a band of pixels sees.
 pub struct GBuffer<B: Backend> {
@@ -30,8 +34,31 @@ pub fn bands(view: &View) -> impl Iterator<Item = Range<u32>> + use<> {
 }
 
 impl<B: Backend> GBuffer<B> {
-    /// Traces the primary rays of a band and resolves its surfaces.
+    /// Traces the primary rays of a band and resolves its surfaces, unless the world has kept what came of it.
     pub fn trace(
+        backend: &mut B,
+        world: &World<B>,
+        view: &View,
+        pixels: Range<u32>,
+        seen: &mut Inspection<'_>,
+    ) -> Result<Rc<Self>, BackendError> {
+        let same = |k: &&KeptGBuffer<B>| k.view == *view && k.pixels == pixels;
+        let known =
+            world.kept.borrow().as_ref().and_then(|kept| kept.iter().find(same).map(|k| k.gbuffer.clone()));
+        if let Some(known) = known.filter(|_| !seen.looks()) {
+            return Ok(known);
+        }
+        let made = Rc::new(Self::make(backend, world, view, pixels.clone(), seen)?);
+        if let Some(kept) = world.kept.borrow_mut().as_mut() {
+            let count: u64 = kept.iter().map(|k| k.pixels.len() as u64).sum();
+            if count + pixels.len() as u64 <= MAX_KEPT {
+                kept.push(KeptGBuffer { view: *view, pixels, gbuffer: made.clone() });
+            }
+        }
+        Ok(made)
+    }
+
+    fn make(
         backend: &mut B,
         world: &World<B>,
         view: &View,

@@ -61,7 +61,7 @@ pub struct NonFinite {
 }
 
 /// A picture with all that is known about how it came to be.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Rendered {
     /// Linear radiance.
     pub picture: Picture,
@@ -99,7 +99,7 @@ impl<'a> Inspection<'a> {
         if !self.job.check_finite {
             return Ok(());
         }
-        let values = backend.download(buffer)?;
+        let values = backend.read_result(buffer)?;
         *self.non_finite.entry(name.to_owned()).or_default() += count_non_finite(&values);
         Ok(())
     }
@@ -116,7 +116,7 @@ impl<'a> Inspection<'a> {
         if !self.wants(name) {
             return Ok(());
         }
-        let values = backend.download(buffer)?;
+        let values = backend.read_result(buffer)?;
         let (width, height) = (self.width, self.height);
         let picture = self.dumps.entry(name.to_owned()).or_insert_with(|| Picture::new(width, height));
         for (pixel, value) in picture.pixels[first_pixel as usize..].iter_mut().zip(&values) {
@@ -135,6 +135,11 @@ impl<'a> Inspection<'a> {
         for (pixel, &value) in picture.pixels[first_pixel as usize..].iter_mut().zip(values) {
             *pixel = glam::Vec3::splat(value);
         }
+    }
+
+    /// Whether any buffer is looked into.
+    pub(super) fn looks(&self) -> bool {
+        self.job.check_finite || !self.job.dumps.is_empty()
     }
 
     /// Whether a buffer is asked for as a picture.

@@ -1,9 +1,14 @@
 //! What of a scene lies in the backend's memory, and from where is it seen?
 
+use super::gbuffer::GBuffer;
 use crate::backend::{Backend, BackendError};
 use crate::error::SceneError;
-use crate::scene::{Bounds, Camera, CameraFrame, Environment, Scene, bvh::Bvh};
+use crate::plan::{Effect, Plan};
+use crate::scene::{Bounds, Camera, CameraFrame, Environment, Scene, area, bvh::Bvh};
 use glam::{UVec4, Vec4};
+use std::cell::RefCell;
+use std::ops::Range;
+use std::rc::Rc;
 use twinlight_kernels::geometry::bvh::{BvhNode, TriangleBlock};
 use twinlight_kernels::passes::elements::{CameraParams, GatherParams, Light, Material, Triangle};
 
@@ -33,16 +38,29 @@ pub struct World<B: Backend> {
     pub area: f64,
     /// The lights on the host, for their maps.
     pub host_lights: Vec<Light>,
+    /// Whether point, spot and sun lights shine straight on what is seen.
+    pub lights_shine: bool,
     /// Whether the environment gives light.
     pub has_environment: bool,
     /// Whether some surface is glossy.
     pub has_gloss: bool,
+    /// Whether what glossy surfaces mirror of others is wanted.
+    pub has_mirrors: bool,
     /// Whether emissive surfaces emit.
     pub emits: bool,
     /// The largest radiance that a material emits, W/(m² sr); 0 where nothing does.
     pub largest_emission: f32,
     /// Mean radiance of the environment, of its strongest colour.
     pub mean_environment: f32,
+    /// G-buffers of views that may come again, if they are kept.
+    pub(super) kept: RefCell<Option<Vec<KeptGBuffer<B>>>>,
+}
+
+/// A G-buffer that may be wanted again.
+pub(super) struct KeptGBuffer<B: Backend> {
+    pub(super) view: View,
+    pub(super) pixels: Range<u32>,
+    pub(super) gbuffer: Rc<GBuffer<B>>,
 }
 
 /// The parameters that describe an environment whose map, if any, follows `first_word` words of texels.
@@ -116,13 +134,76 @@ fn mean_environment(environment: &Environment) -> f32 {
     }
 }
 
-/// A triangle's area in m².
-fn area(t: &Triangle) -> f64 {
-    let [a, b, c] = [t.p0, t.p1, t.p2].map(|p| p.truncate().as_dvec3());
-    0.5 * (b - a).cross(c - a).length()
+fn largest_emission(scene: &Scene) -> f32 {
+    scene.materials.iter().map(|m| m.emission.truncate().max_element()).fold(0.0, f32::max)
 }
 
 impl<B: Backend> World<B> {
+    /// Has what a plan calls for of what the scene has; whether that is other than before.
+    pub(crate) fn follow(&mut self, plan: &Plan) -> bool {
+        let flags = |w: &Self| (w.lights_shine, w.has_environment, w.has_gloss, w.has_mirrors, w.emits);
+        let before = flags(self);
+        use Effect::{Emission, Environment, Gloss, Lights, ProxyBounce, ProxyShadows, SpecularBounce};
+        self.lights_shine = plan.calls(Lights);
+        self.has_environment = [Environment, ProxyShadows, ProxyBounce].iter().any(|&e| plan.calls(e));
+        self.has_gloss = plan.calls(Gloss);
+        self.has_mirrors = plan.calls(SpecularBounce);
+        self.emits = plan.calls(Emission);
+        before != flags(self)
+    }
+
+    /// Keeps the G-buffers that are made from here on, without those of before.
+    pub(crate) fn keep_gbuffers(&mut self) {
+        self.kept = RefCell::new(Some(Vec::new()));
+    }
+
+    /// Forgets kept G-buffers of other views than this one, whatever its size.
+    pub(crate) fn forget_other_views(&mut self, view: &View) {
+        if let Some(kept) = self.kept.get_mut() {
+            kept.retain(|k| (k.view.frame, k.view.aspect) == (view.frame, view.aspect));
+        }
+    }
+
+    /// Takes over the lights of a scene.
+    pub(crate) fn set_lights(&mut self, backend: &mut B, lights: &[Light]) -> Result<(), BackendError> {
+        let dark = [Light::default()];
+        self.lights = backend.upload("lights", if lights.is_empty() { &dark[..] } else { lights })?;
+        self.light_count = lights.len() as u32;
+        self.host_lights = lights.to_vec();
+        Ok(())
+    }
+
+    /// Takes over the surroundings and textures of a scene.
+    pub(crate) fn set_surroundings(&mut self, backend: &mut B, scene: &Scene) -> Result<(), BackendError> {
+        self.texels = backend.upload("texels", &texels_with_environment(scene))?;
+        self.environment = environment_params(&scene.environment, scene.texels.len() as u32);
+        self.mean_environment = mean_environment(&scene.environment);
+        Ok(())
+    }
+
+    /// Takes over the materials and textures of a scene.
+    pub(crate) fn set_materials(&mut self, backend: &mut B, scene: &Scene) -> Result<(), BackendError> {
+        self.materials = backend.upload("materials", &scene.materials)?;
+        self.largest_emission = largest_emission(scene);
+        self.set_surroundings(backend, scene)
+    }
+
+    /// Takes over the triangles of a scene and their tree.
+    pub(crate) fn set_triangles(
+        &mut self,
+        backend: &mut B,
+        scene: &Scene,
+        tree: &Bvh,
+    ) -> Result<(), BackendError> {
+        self.nodes = backend.upload("nodes", &tree.nodes)?;
+        self.blocks = backend.upload("blocks", &tree.blocks)?;
+        self.triangles = backend.upload("triangles", &scene.triangles)?;
+        self.bounds = scene.bounds();
+        self.triangle_count = scene.triangles.len() as u32;
+        self.area = scene.triangles.iter().map(area).sum();
+        Ok(())
+    }
+
     /// Uploads a scene and its tree; with `emissive`, emissive surfaces emit.
     pub fn upload(backend: &mut B, scene: &Scene, tree: &Bvh, emissive: bool) -> Result<Self, BackendError> {
         let census = scene.census();
@@ -142,15 +223,14 @@ impl<B: Backend> World<B> {
             triangle_count: scene.triangles.len() as u32,
             area: scene.triangles.iter().map(area).sum(),
             host_lights: scene.lights.clone(),
+            lights_shine: true,
             has_environment: census.has_environment,
             has_gloss: census.has_gloss,
+            has_mirrors: census.has_gloss,
             emits: emissive && census.has_emission,
-            largest_emission: scene
-                .materials
-                .iter()
-                .map(|m| m.emission.truncate().max_element())
-                .fold(0.0, f32::max),
+            largest_emission: largest_emission(scene),
             mean_environment: mean_environment(&scene.environment),
+            kept: RefCell::new(None),
         })
     }
 }

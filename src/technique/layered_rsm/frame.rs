@@ -62,11 +62,13 @@ pub(super) fn gather<B: Backend>(
         backend.set_stage("diffuse");
         let params = ConeParams { maps: group.host.len() as u32, ..all };
         let (maps, layers) = (&group.maps, &group.layers);
-        let mut light = backend.alloc("diffuse light", count as usize)?;
-        backend.layered_diffuse(&params, &g.surfaces, &voxels.words, maps, layers, &mut light, count)?;
-        seen.check(backend, "diffuse light", &light)?;
-        diffuse = Some(sum(backend, diffuse, light, count)?);
-        if let Some(gloss) = &g.gloss {
+        if !group.host.is_empty() {
+            let mut light = backend.alloc("diffuse light", count as usize)?;
+            backend.layered_diffuse(&params, &g.surfaces, &voxels.words, maps, layers, &mut light, count)?;
+            seen.check(backend, "diffuse light", &light)?;
+            diffuse = Some(sum(backend, diffuse, light, count)?);
+        }
+        if let Some(gloss) = g.gloss.as_ref().filter(|_| world.has_mirrors) {
             backend.set_stage("specular");
             // What mirrors show of the environment is direct light, and there once.
             let environment = world.has_environment && job.light == LightPart::All && number == 0;
@@ -97,7 +99,7 @@ pub(super) fn gather<B: Backend>(
         Some(diffuse) => diffuse,
         None => backend.alloc("diffuse light", count as usize)?,
     };
-    let gathered = Gathered { width, height, surfaces: g.surfaces, diffuse, specular };
+    let gathered = Gathered { width, height, seen: g, diffuse, specular };
     gathered.keep(backend, seen)?;
     Ok(gathered)
 }
@@ -138,7 +140,7 @@ pub(super) fn soft_direct<B: Backend>(
         backend.shadow_cone(&params, &g.surfaces, &world.lights, &voxels.words, &mut visible, count)?;
         seen.check(backend, "shadow", &visible)?;
         if !shown.is_empty() {
-            let values = backend.download(&visible)?;
+            let values = backend.read_result(&visible)?;
             shown.iter_mut().zip(values).for_each(|(sum, v)| *sum += v / world.light_count as f32);
         }
         let params =
@@ -181,7 +183,7 @@ pub(super) fn draw_maps<B: Backend>(
             settings.map,
             &ReflectParams { radiance_scale, ..Default::default() },
         )?;
-        let texels = backend.download(&map.texels)?;
+        let texels = backend.read_result(&map.texels)?;
         seen.keep("rsm", || Picture {
             width: settings.map,
             height: settings.map,
@@ -189,7 +191,7 @@ pub(super) fn draw_maps<B: Backend>(
         });
     }
     if let (true, Some(group)) = (seen.wants("layers"), groups.first()) {
-        let words = backend.download(&group.layers)?;
+        let words = backend.read_result(&group.layers)?;
         let (side, layers) = (settings.map / 2, settings.layers());
         let stride = texel_words(settings.format());
         let mut picture = Picture::new(side * layers, side);

@@ -53,6 +53,19 @@ pub struct Counts {
     pub layer_bytes: u64,
 }
 
+impl Counts {
+    pub(crate) fn of<B: Backend>(voxels: &BinaryVoxels<B>, maps: &Maps<B>, settings: &LayeredRsm) -> Self {
+        Self {
+            resolution: settings.resolution,
+            voxel_bytes: voxels.bytes(),
+            lights: maps.groups.iter().map(|g| g.host.len() as u32).sum(),
+            lights_at_once: settings.lights_at_once(),
+            map_bytes: 16 * u64::from(settings.map) * u64::from(settings.map),
+            layer_bytes: maps.groups.iter().map(LayeredMaps::bytes).sum(),
+        }
+    }
+}
+
 /// What surfaces send in the light of all lights: layered maps, in groups that are gathered together.
 pub struct Maps<B: Backend> {
     /// The groups, in the order of lights.
@@ -71,7 +84,7 @@ impl<B: Backend> Maps<B> {
             let lights = first..world.light_count.min(first + at_once);
             groups.push(LayeredMaps::build(backend, world, settings, lights, radiance_scale)?);
         }
-        if groups.is_empty() && (world.has_gloss && world.has_environment) {
+        if groups.is_empty() && (world.has_mirrors && world.has_environment) {
             // Mirrors show the environment.
             groups.push(LayeredMaps::build(backend, world, settings, 0..0, radiance_scale)?);
         }
@@ -100,7 +113,7 @@ pub fn render<B: Backend>(
     settings.check(view.width, view.height)?;
     // Without lights there is nothing to gather or to throw shadows; mirrors may show the environment between voxels.
     let lit = world.light_count > 0;
-    let gathers = job.light != LightPart::Direct && (lit || world.has_gloss && world.has_environment);
+    let gathers = job.light != LightPart::Direct && (lit || world.has_mirrors && world.has_environment);
     let shadows = settings.shadow_cones && lit && job.light != LightPart::Indirect;
     if !gathers && !shadows {
         let mut seen = Inspection::new(job, view.width, view.height);
@@ -118,14 +131,7 @@ pub fn render<B: Backend>(
     } else {
         Maps { groups: Vec::new(), radiance_scale: 1.0 }
     };
-    let counts = Counts {
-        resolution: settings.resolution,
-        voxel_bytes: voxels.bytes(),
-        lights: maps.groups.iter().map(|g| g.host.len() as u32).sum(),
-        lights_at_once: settings.lights_at_once(),
-        map_bytes: 16 * u64::from(settings.map) * u64::from(settings.map),
-        layer_bytes: maps.groups.iter().map(LayeredMaps::bytes).sum(),
-    };
+    let counts = Counts::of(&voxels, &maps, settings);
     Ok((render_lit(backend, world, &voxels, &maps, view, job, settings)?, counts))
 }
 

@@ -177,7 +177,7 @@ fn gather<B: Backend>(
     let proxies = backend.upload("proxies", proxies)?;
     backend.set_stage("culling");
     let tiles = cull(backend, &params, &g, &proxies)?;
-    let on_host = backend.download(&tiles.counts)?;
+    let on_host = backend.read_result(&tiles.counts)?;
     let pairs = listed_pairs(&params, &on_host);
     let keep = |seen: &mut Inspection<'_>, name: &str, pixels: &dyn Fn(usize) -> Vec3| {
         seen.keep(name, || Picture { width, height, pixels: (0..count as usize).map(pixels).collect() });
@@ -217,8 +217,8 @@ fn gather<B: Backend>(
     let mut diffuse = backend.alloc("diffuse light", count as usize)?;
     backend.combine_soft(&params, &shadowed, &reflected, &mut diffuse, count)?;
     if ["shadowed", "indirect", "xi"].iter().any(|name| seen.wants(name)) {
-        let past = backend.download(&shadowed)?;
-        let sent: Vec<Vec4> = backend.download(&reflected)?;
+        let past = backend.read_result(&shadowed)?;
+        let sent: Vec<Vec4> = backend.read_result(&reflected)?;
         let share = |i: usize| soft_gi::shade::overlap_share(past[i].w, sent[i].w);
         keep(seen, "shadowed", &|i| past[i].truncate());
         keep(seen, "indirect", &|i| sent[i].truncate().max(Vec3::ZERO) * share(i) / std::f32::consts::PI);
@@ -226,7 +226,7 @@ fn gather<B: Backend>(
     }
     let counts =
         Counts { proxies: params.proxies, pairs, receivers: count, shadow_reach: params.shadow_reach };
-    let gathered = Gathered { width, height, surfaces: g.surfaces, diffuse, specular: None };
+    let gathered = Gathered { width, height, seen: g, diffuse, specular: None };
     Ok((gathered, counts))
 }
 
@@ -287,11 +287,11 @@ fn occlusion<B: Backend>(
     }
     seen.check(backend, "occlusion", &occlusion)?;
     if seen.wants("log-occlusion") {
-        let values: Vec<ShVector> = backend.download(&logarithms)?;
+        let values: Vec<ShVector> = backend.read_result(&logarithms)?;
         keep(seen, "log-occlusion", &|i| Vec3::splat(-values[i].c0.x / UNIT));
     }
     if seen.wants("occlusion") {
-        let values: Vec<ShVector> = backend.download(&occlusion)?;
+        let values: Vec<ShVector> = backend.read_result(&occlusion)?;
         keep(seen, "occlusion", &|i| Vec3::splat(values[i].c0.x / UNIT));
     }
     Ok(occlusion)

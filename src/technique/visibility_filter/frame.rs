@@ -62,7 +62,7 @@ pub fn render<B: Backend>(
         if let Some((p, lit)) = lit_proxies {
             dump_voxels(backend, p, lit, &g, seen)?;
         }
-        let values = backend.download(&sum)?;
+        let values = backend.read_result(&sum)?;
         for (pixel, value) in picture.pixels[band.start as usize..].iter_mut().zip(values) {
             *pixel = value.truncate();
         }
@@ -125,7 +125,7 @@ fn gather<B: Backend>(
     )?;
     seen.check(backend, "diffuse light", &diffuse)?;
     let mut specular = None;
-    if let Some(gloss) = g.gloss.as_ref().filter(|_| settings.lobe_rays > 0) {
+    if let Some(gloss) = g.gloss.as_ref().filter(|_| world.has_mirrors && settings.lobe_rays > 0) {
         let mut light = backend.alloc("specular light", count as usize)?;
         backend.gather_specular(
             &params,
@@ -141,18 +141,18 @@ fn gather<B: Backend>(
         )?;
         seen.check(backend, "specular light", &light)?;
         if seen.wants("specular") {
-            let light = backend.download(&light)?;
+            let light = backend.read_result(&light)?;
             seen.keep("specular", || picture(width, height, &light, Vec4::truncate));
         }
         specular = Some(light);
     }
     if seen.wants("diffuse") || seen.wants("visible-count") {
-        let light = backend.download(&diffuse)?;
+        let light = backend.read_result(&diffuse)?;
         seen.keep("diffuse", || picture(width, height, &light, Vec4::truncate));
         let most = light.iter().fold(1.0f32, |most, v| most.max(v.w));
         seen.keep("visible-count", || picture(width, height, &light, |v| Vec3::splat(v.w / most)));
     }
-    Ok(Gathered { width, height, surfaces: g.surfaces, diffuse, specular })
+    Ok(Gathered { width, height, seen: g, diffuse, specular })
 }
 
 fn picture(width: u32, height: u32, values: &[Vec4], colour: impl Fn(Vec4) -> Vec3) -> Picture {

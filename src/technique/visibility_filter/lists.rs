@@ -38,7 +38,7 @@ impl<B: Backend> Lists<B> {
         let view = view.resized(width, height);
         let pixels = view.pixels();
         let g = seen.without_dumps(|seen| GBuffer::trace(backend, world, &view, 0..pixels, seen))?;
-        let lobe_rays = if g.gloss.is_some() { settings.lobe_rays } else { 0 };
+        let lobe_rays = if world.has_mirrors { settings.lobe_rays } else { 0 };
         // Never read without lobes, but something must be bound.
         let none = backend.alloc("no gloss", 1)?;
         let gloss = g.gloss.as_ref().unwrap_or(&none);
@@ -123,7 +123,7 @@ impl<B: Backend> Lists<B> {
 
     /// Counts what found no room; reads the lists back.
     pub fn count(&self, backend: &mut B, p: &Proxies<B>) -> Result<Counts, BackendError> {
-        let words = backend.download(&self.lists)?;
+        let words = backend.read_result(&self.lists)?;
         let stride = list_stride(self.capacity) as usize;
         let dropped = words.chunks_exact(stride).map(|list| list[2]);
         Ok(Counts {

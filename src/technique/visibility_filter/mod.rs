@@ -73,13 +73,42 @@ pub fn render<B: Backend>(
         lit_proxies = Some((proxies, lit));
     }
     let borrowed = lit_proxies.as_ref().map(|(proxies, lit)| (proxies, lit));
-    let frame = frame::render(backend, world, borrowed, view, job, settings, &mut seen)?;
+    finish(backend, world, borrowed, view, job, settings, seen)
+}
+
+/// Renders with proxies and light of an earlier picture: nothing is made or lit again.
+///
+/// # Errors
+/// Knobs out of range, and what the backend reports.
+pub fn render_lit<B: Backend>(
+    backend: &mut B,
+    world: &World<B>,
+    proxies: &Proxies<B>,
+    lit: &Lit<B>,
+    view: &View,
+    job: &Job,
+    settings: &VisibilityFilter,
+) -> Result<(Rendered, Counts), BackendError> {
+    settings.check(view.width, view.height)?;
+    let seen = Inspection::new(job, view.width, view.height);
+    finish(backend, world, Some((proxies, lit)), view, job, settings, seen)
+}
+
+fn finish<B: Backend>(
+    backend: &mut B,
+    world: &World<B>,
+    lit_proxies: Option<(&Proxies<B>, &Lit<B>)>,
+    view: &View,
+    job: &Job,
+    settings: &VisibilityFilter,
+    mut seen: Inspection<'_>,
+) -> Result<(Rendered, Counts), BackendError> {
+    let frame = frame::render(backend, world, lit_proxies, view, job, settings, &mut seen)?;
     let timings = backend.take_timings()?;
     backend.set_stage("");
-    let counts = match (&frame.lists, &lit_proxies) {
+    let counts = match (&frame.lists, lit_proxies) {
         (Some(lists), Some((proxies, _))) => lists.count(backend, proxies)?,
         _ => Counts::default(),
     };
-    let picture = frame.picture;
-    Ok((seen.finish(picture, timings), counts))
+    Ok((seen.finish(frame.picture, timings), counts))
 }

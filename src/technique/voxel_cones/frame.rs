@@ -62,7 +62,7 @@ pub(super) fn render_openness<B: Backend>(
         )?;
         seen.check(backend, "openness", &openness)?;
         seen.dump(backend, "ao", &openness, band.start, |&v: &f32| Vec3::splat(v))?;
-        let values = backend.download(&openness)?;
+        let values = backend.read_result(&openness)?;
         for (pixel, value) in picture.pixels[band.start as usize..].iter_mut().zip(values) {
             *pixel = Vec3::splat(value);
         }
@@ -141,7 +141,7 @@ fn gather<B: Backend>(
     }
     seen.check(backend, "diffuse light", &diffuse)?;
     let mut specular = None;
-    if let Some(gloss) = &g.gloss {
+    if let Some(gloss) = g.gloss.as_ref().filter(|_| world.has_mirrors) {
         backend.set_stage("specular");
         // What mirrors show of the environment and of emissive surfaces is direct light.
         let all = job.light == LightPart::All;
@@ -168,7 +168,7 @@ fn gather<B: Backend>(
         seen.check(backend, "specular light", &light)?;
         specular = Some(light);
     }
-    let gathered = Gathered { width, height, surfaces: g.surfaces, diffuse, specular };
+    let gathered = Gathered { width, height, seen: g, diffuse, specular };
     gathered.keep(backend, seen)?;
     Ok(gathered)
 }

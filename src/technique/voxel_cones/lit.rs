@@ -112,7 +112,7 @@ impl<B: Backend> Lighting<B> {
         }
         let reflected = all.unwrap_or(reflected);
         let shining = match emitted {
-            Some(emitted) if world.has_gloss => {
+            Some(emitted) if world.has_mirrors => {
                 let nothing = backend.alloc("leaf radiance", (params.leaves * RADIANCE_WORDS) as usize)?;
                 let emitted = emitted.plus(backend, world, p, settings, &nothing)?;
                 let sum = reflected.plus(backend, world, p, settings, &emitted)?;
