@@ -19,6 +19,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod budget;
 mod kept;
 
 use crate::backend::{Backend, BackendError, Cpu, Recorder};
@@ -263,6 +264,13 @@ impl<B: Backend> Renderer<B> {
         let first = first.min(end);
         scene.triangles[first..end].copy_from_slice(&triangles[..end - first]);
         self.update(scene).map(|_| ())
+    }
+
+    /// Forgets all that earlier pictures left.
+    fn forget(&mut self) {
+        self.last = None;
+        self.kept = Kept::default();
+        self.world.keep_gbuffers();
     }
 
     /// As if something of this kind had changed, although nothing has.

@@ -4,11 +4,11 @@ use super::knobs::Knobs;
 use super::options::{ArithmeticChoice, BackendOptions, SceneOptions, build_tree};
 use super::{Failure, print_out};
 use crate::backend::{Arithmetic, PairBackend};
+use crate::plan::{Request, Technique};
+use crate::renderer::Renderer;
 use crate::report::agreement::Agreement;
-use crate::technique::layered_rsm::{self, LayeredRsm};
-use crate::technique::{
-    Job, LightPart, World, ambient_occlusion, direct, soft_gi, visibility_filter, voxel_cones,
-};
+use crate::technique::layered_rsm::LayeredRsm;
+use crate::technique::{Job, LightPart, View};
 use clap::Args;
 use serde_json::json;
 
@@ -41,22 +41,12 @@ pub(crate) fn run(a: &CompareArguments) -> Result<(), Failure> {
     let name = twinlight_gpu::describe(gpu.adapter());
     let mode = if strict { Arithmetic::Strict } else { Arithmetic::Fast };
     let variant = gpu.variant();
-    let mut pair = PairBackend::new(cpu, gpu);
-    let world = World::upload(&mut pair, &scene, &tree, a.scene.emissive)?;
-    let job = Job { rays: a.samples, seed: a.seed, ..Job::default() };
-    direct::render(&mut pair, &world, &view, &job)?;
-    let with_discs = Job { dumps: vec!["proxies".into()], ..job.clone() };
-    visibility_filter::render(&mut pair, &world, &view, &with_discs, &a.knobs.visibility_filter())?;
-    voxel_cones::render(&mut pair, &world, &view, &job, &a.knobs.voxel_cones())?;
-    let around = soft_gi::Surroundings::new(&scene);
-    soft_gi::render(&mut pair, &world, &around, &view, &job, &a.knobs.soft_gi())?;
-    let layered = a.knobs.layered_rsm();
-    layered_rsm::render(&mut pair, &world, &view, &job, &layered)?;
-    let soft_shadows = LayeredRsm { shadow_cones: true, ..layered };
-    let direct_only = Job { light: LightPart::Direct, ..job.clone() };
-    layered_rsm::render(&mut pair, &world, &view, &direct_only, &soft_shadows)?;
-    ambient_occlusion::render(&mut pair, &world, &view, &job)?;
-    let agreements = pair.take_agreements();
+    let mut renderer = Renderer::with_tree(PairBackend::new(cpu, gpu), scene, tree)?;
+    for request in requests(a, &view) {
+        let plan = renderer.plan(&request).map_err(|e| Failure::Request(e.to_string()))?;
+        renderer.render(&plan)?;
+    }
+    let agreements = renderer.backend_mut().take_agreements();
     let holds = |x: &Agreement| if strict { x.is_exact() } else { x.is_tolerable() };
     if a.json {
         let rows: Vec<_> = agreements
@@ -82,6 +72,27 @@ pub(crate) fn run(a: &CompareArguments) -> Result<(), Failure> {
             x.first.clone().unwrap_or_default()
         ))),
     }
+}
+
+/// A picture by every technique, and what else has passes of its own.
+fn requests(a: &CompareArguments, view: &View) -> Vec<Request> {
+    let job = Job { rays: a.samples, seed: a.seed, ..Job::default() };
+    let with_discs = Job { dumps: vec!["proxies".into()], ..job.clone() };
+    let direct = Job { light: LightPart::Direct, ..job.clone() };
+    let soft_shadows = LayeredRsm { shadow_cones: true, ..a.knobs.layered_rsm() };
+    let of = |technique, job: &Job| Request {
+        emissive: a.scene.emissive,
+        ..Request::new(technique, *view, job.clone())
+    };
+    vec![
+        of(Technique::Direct, &job),
+        of(Technique::VisibilityFilter(a.knobs.visibility_filter()), &with_discs),
+        of(Technique::VoxelCones(a.knobs.voxel_cones()), &job),
+        of(Technique::SoftGi(a.knobs.soft_gi()), &job),
+        of(Technique::LayeredRsm(a.knobs.layered_rsm()), &job),
+        of(Technique::LayeredRsm(soft_shadows), &direct),
+        of(Technique::AmbientOcclusion, &job),
+    ]
 }
 
 /// A number as JSON can hold it.

@@ -21,6 +21,8 @@ struct Arguments {
 enum Command {
     /// Render one picture
     Render(Box<render::RenderArguments>),
+    /// Print what would run for a picture, and why: effects, passes, buffers, and what runs again after a change
+    Explain(Box<render::RenderArguments>),
     /// Run both backends and compare them pass by pass
     Compare(Box<compare::CompareArguments>),
     /// List the GPU adapters, their limits, and whether they can run strict arithmetic
@@ -77,6 +79,7 @@ impl From<crate::picture::OutputError> for Failure {
 pub fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Render(a) => render::run(&a),
+        Command::Explain(a) => render::explain(&a),
         Command::Compare(a) => compare::run(&a),
         Command::Devices(a) => devices::run(&a),
     };

@@ -124,11 +124,18 @@ pub(crate) fn parse_size(text: &str) -> Result<(u32, u32), String> {
 impl SceneOptions {
     /// Opens the scene with its lights as asked for, and its view.
     pub(crate) fn open(&self) -> Result<(Scene, View), Failure> {
-        self.open_at(0.0, &mut Kept::default())
+        self.open_at(0.0, 0.0, &mut Kept::default())
     }
 
     /// Opens the scene at a moment; what the first frame chose, the others keep.
-    pub(crate) fn open_at(&self, seconds: f64, kept: &mut Kept) -> Result<(Scene, View), Failure> {
+    ///
+    /// The camera is turned by `degrees` around its target.
+    pub(crate) fn open_at(
+        &self,
+        seconds: f64,
+        degrees: f64,
+        kept: &mut Kept,
+    ) -> Result<(Scene, View), Failure> {
         let mut scene = Scene::open_at(&self.scene, seconds)?;
         if self.no_scene_lights {
             scene.lights.clear();
@@ -162,7 +169,7 @@ impl SceneOptions {
             scene.lights.push(*kept.light.get_or_insert_with(|| default_light(&scene.bounds())));
             scene.warnings.push("the scene has no lights: a default point light was added".into());
         }
-        let view = self.view(&scene, kept)?;
+        let view = self.view(&scene, degrees, kept)?;
         Ok((scene, view))
     }
 
@@ -189,7 +196,7 @@ impl SceneOptions {
         Ok(())
     }
 
-    fn view(&self, scene: &Scene, kept: &mut Kept) -> Result<View, Failure> {
+    fn view(&self, scene: &Scene, degrees: f64, kept: &mut Kept) -> Result<View, Failure> {
         // A camera that frames the scene must not follow what moves in it.
         let mut camera = scene.camera.unwrap_or_else(|| *kept.camera.get_or_insert_with(|| scene.view()));
         if let Some(text) = &self.eye {
@@ -205,6 +212,13 @@ impl SceneOptions {
         }
         if let Some(fov) = self.fov {
             camera.fov = fov;
+        }
+        if degrees != 0.0 {
+            // From the first frame's place each time: angles do not add up rounding errors.
+            let axis = camera.up.as_dvec3().normalize_or(glam::DVec3::Y);
+            let turn = glam::DQuat::from_axis_angle(axis, degrees.to_radians());
+            let target = camera.target.as_dvec3();
+            camera.eye = (target + turn * (camera.eye.as_dvec3() - target)).as_vec3();
         }
         Ok(View::new(&camera, self.size.0, self.size.1)?)
     }

@@ -9,7 +9,7 @@ mod explain;
 
 pub use choice::choose;
 pub use effect::{Bound, Effect};
-pub use explain::{Change, Costs};
+pub use explain::{Change, Costs, stages};
 
 use crate::error::SettingsError;
 use crate::scene::{Census, Scene};
@@ -179,6 +179,18 @@ impl Plan {
     /// Whether light is gathered that comes by way of other surfaces.
     pub fn gathers(&self) -> bool {
         [Effect::Bounce, Effect::SpecularBounce, Effect::ProxyBounce].iter().any(|&e| self.calls(e))
+    }
+
+    /// The same plan with light gathered at a share of the picture's pixels, if a number was named: for trials at other sizes.
+    pub(crate) fn without_pixels(&self) -> Self {
+        let mut plan = self.clone();
+        match &mut plan.technique {
+            Technique::VisibilityFilter(s) => s.illumination = None,
+            Technique::VoxelCones(s) => s.illumination = None,
+            Technique::LayeredRsm(s) => s.illumination = None,
+            _ => {}
+        }
+        plan
     }
 
     /// Sets knobs and job to what the effects need.

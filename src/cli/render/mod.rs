@@ -1,21 +1,24 @@
-//! `twinlight render`: one picture.
+//! `twinlight render`: one picture, or one for each frame; and `twinlight explain`: what would run, and why.
 
+mod explained;
 mod frames;
 mod output;
 mod passes;
 mod path_traced;
 
-use super::Failure;
 use super::knobs::{Knobs, Of};
 use super::options::{BackendOptions, Kept, SceneOptions, build_tree};
-use crate::backend::Gpu;
+use super::{Failure, print_out};
 use crate::picture::Picture;
+use crate::plan::{Change, Plan, choose};
 use crate::scene::Scene;
 use crate::technique::reference::Bounces;
 use crate::technique::{ambient_occlusion, direct, layered_rsm, soft_gi, visibility_filter, voxel_cones};
 use clap::{Args, ValueEnum};
 use output::{check_output, dump_path, note_error, open_reference, report, write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
+use twinlight_kernels::passes::PassTiming;
 
 #[derive(Args, Clone)]
 pub(crate) struct RenderArguments {
@@ -32,12 +35,30 @@ pub(crate) struct RenderArguments {
     /// The picture's file, .png or .exr [default: the scene's name with .png]
     #[arg(short, long, value_name = "OUT.png|OUT.exr")]
     output: Option<PathBuf>,
-    /// Frames of an animation, both included; written as OUT/0000.png and so on [default: the moment 0]
+    /// Frames of an animation, both included; written as OUT/0000.png and so on, or by a pattern such as OUT/%04d.exr [default: the moment 0]
     #[arg(long, value_name = "A..B", value_parser = parse_frames)]
     frames: Option<(u32, u32)>,
     /// Frames per second of --frames
     #[arg(long, default_value_t = 25.0, value_name = "N")]
     fps: f64,
+    /// Turn the camera around its target, degrees a frame
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    orbit: Option<f64>,
+    /// Leave out frames whose file is there
+    #[arg(long)]
+    resume: bool,
+    /// Render every N-th frame only, from the I-th on: part I of N
+    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    shard: Option<(u32, u32)>,
+    /// Effects to compute where the scene has use for them [default: all; see twinlight explain]
+    #[arg(long, value_delimiter = ',', value_name = "a,b,c")]
+    effects: Option<Vec<String>>,
+    /// Leave out effects that can add no more than this share of the light
+    #[arg(long, default_value_t = 0.0, value_name = "SHARE", allow_hyphen_values = true)]
+    quality: f64,
+    /// Leave out effects until the passes are expected to take no longer, such as 40ms or 1.5s
+    #[arg(long, value_name = "TIME", value_parser = parse_budget)]
+    budget: Option<Duration>,
     /// Reflections beyond direct light, or all (reference)
     #[arg(long, default_value = "1", value_parser = parse_bounces, value_name = "N|all")]
     bounces: Bounces,
@@ -134,6 +155,25 @@ fn parse_frames(text: &str) -> Result<(u32, u32), String> {
     }
 }
 
+fn parse_shard(text: &str) -> Result<(u32, u32), String> {
+    let parsed = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    match parsed {
+        Some((i, n)) if i >= 1 && i <= n => Ok((i, n)),
+        _ => Err("expected I/N with I from 1 to N, such as 3/16".into()),
+    }
+}
+
+fn parse_budget(text: &str) -> Result<Duration, String> {
+    let (number, unit) = match text.strip_suffix("ms") {
+        Some(number) => (number, 1e-3),
+        None => (text.strip_suffix('s').unwrap_or(""), 1.0),
+    };
+    match number.parse::<f64>() {
+        Ok(x) if x > 0.0 && x * unit < 1e6 => Ok(Duration::from_secs_f64(x * unit)),
+        _ => Err("expected a time such as 40ms or 1.5s".into()),
+    }
+}
+
 /// What a technique made, ready to be written.
 struct Outcome {
     picture: Picture,
@@ -141,6 +181,10 @@ struct Outcome {
     json: serde_json::Value,
     dumps: Vec<(String, Picture)>,
     interrupted: bool,
+    /// The passes that ran; none for the reference.
+    ran: Vec<PassTiming>,
+    /// What had changed since the frame before.
+    changes: Vec<Change>,
 }
 
 pub(crate) fn run(a: &RenderArguments) -> Result<(), Failure> {
@@ -157,26 +201,54 @@ pub(crate) fn run(a: &RenderArguments) -> Result<(), Failure> {
     }
     match a.frames {
         Some(frames) => frames::run(a, frames),
-        None => one(a, 0.0, a.output.as_deref(), &mut Session::default()),
+        None if a.orbit.is_some() || a.resume || a.shard.is_some() => {
+            Err(Failure::Request("--orbit, --resume and --shard: for frames; give --frames A..B".into()))
+        }
+        None => one(a, Moment::default(), a.output.as_deref(), &mut Session::default()).map(|_| ()),
     }
+}
+
+/// Prints the plan of a picture, and what follows from it.
+pub(crate) fn explain(a: &RenderArguments) -> Result<(), Failure> {
+    let (scene, view) = a.scene.open()?;
+    let (technique, reason) = chosen(a, &scene, a.frames.is_some());
+    check_request(a, technique)?;
+    let request = passes::request(a, technique, &view)?;
+    let tree = build_tree(&scene)?;
+    let plan = Plan::new(&scene, &request).map_err(|e| Failure::Request(e.to_string()))?;
+    let costs = crate::renderer::costs(&scene, &tree, &plan)?;
+    if a.json {
+        return print_out(&format!("{}\n", explained::json(&scene, &plan, &costs, reason)));
+    }
+    let auto = reason.map_or_else(String::new, |why| format!("auto chose {}: {why}\n", name(technique)));
+    print_out(&format!("{auto}{}\n{}{}", explained::census(&scene), plan.text(), costs.text()))
 }
 
 /// What frames share.
 #[derive(Default)]
 struct Session {
     kept: Kept,
-    gpu: Option<Gpu>,
+    running: Option<passes::Running>,
+    /// Whether meshes or lights move.
+    moving: bool,
 }
 
-/// Renders the scene at a moment.
+/// When, and how far the camera has turned.
+#[derive(Clone, Copy, Default)]
+struct Moment {
+    seconds: f64,
+    degrees: f64,
+}
+
+/// Renders the scene at a moment; returns the passes that ran and what had changed.
 fn one(
     a: &RenderArguments,
-    seconds: f64,
+    moment: Moment,
     output: Option<&Path>,
     session: &mut Session,
-) -> Result<(), Failure> {
-    let (scene, view) = a.scene.open_at(seconds, &mut session.kept)?;
-    let technique = if a.technique == Technique::Auto { choose(a, &scene) } else { a.technique };
+) -> Result<(Vec<PassTiming>, Vec<Change>), Failure> {
+    let (scene, view) = a.scene.open_at(moment.seconds, moment.degrees, &mut session.kept)?;
+    let (technique, reason) = chosen(a, &scene, session.moving);
     check_request(a, technique)?;
     let output = output.map_or_else(|| PathBuf::from(format!("{}.png", scene.name)), Path::to_owned);
     for path in std::iter::once(output.clone()).chain(a.dump.iter().map(|name| dump_path(&output, name))) {
@@ -186,21 +258,17 @@ fn one(
         for warning in &scene.warnings {
             eprintln!("note: {warning}");
         }
-        if a.technique == Technique::Auto {
-            let why = match technique {
-                Technique::VisibilityFilter => "direct light and one bounce",
-                _ if a.only == Only::Direct => "nothing else is asked for",
-                _ => "no point, spot or sun light for point proxies to pass on",
-            };
+        if let Some(why) = reason {
             eprintln!("note: auto chose {}: {why}", name(technique));
         }
     }
     let reference = a.against.as_deref().map(|path| open_reference(path, &view)).transpose()?;
-    let cpu = a.backend.cpu()?;
-    let tree = cpu.install(|| build_tree(&scene))?;
     let mut outcome = match technique {
-        Technique::Reference => cpu.install(|| path_traced::run(a, &scene, &tree, &view)),
-        _ => passes::run(a, technique, cpu, &mut session.gpu, &scene, &tree, &view),
+        Technique::Reference => {
+            let cpu = a.backend.cpu()?;
+            cpu.install(|| path_traced::run(a, &scene, &build_tree(&scene)?, &view))
+        }
+        _ => passes::run(a, technique, &mut session.running, scene, &view),
     }?;
     if let Some(reference) = reference {
         note_error(&mut outcome, &reference);
@@ -210,16 +278,16 @@ fn one(
     if outcome.interrupted {
         return Err(Failure::Work(format!("interrupted; {} holds what was done", output.display())));
     }
-    Ok(())
+    Ok((outcome.ran, outcome.changes))
 }
 
-/// What the scene calls for, as far as one look tells: indirect light where there are lights that proxies can pass on.
-fn choose(a: &RenderArguments, scene: &Scene) -> Technique {
-    if scene.lights.is_empty() || a.only == Only::Direct {
-        Technique::Direct
-    } else {
-        Technique::VisibilityFilter
+/// The technique that is asked for, or the one that suits the scene, with the reason.
+fn chosen(a: &RenderArguments, scene: &Scene, moving: bool) -> (Technique, Option<&'static str>) {
+    if a.technique != Technique::Auto {
+        return (a.technique, None);
     }
+    let (chosen, why) = choose(&scene.census(), a.only.light(), a.scene.emissive, moving);
+    (Technique::from_str(chosen, false).unwrap_or(Technique::Direct), Some(why))
 }
 
 /// The technique's name as an option.

@@ -1,140 +1,179 @@
 //! `twinlight render` by a technique of passes, on either backend.
 
-use super::{Machine, Only, Outcome, RenderArguments, Technique};
+use super::{Machine, Only, Outcome, RenderArguments, Technique, name};
 use crate::backend::{Backend, Cpu, Gpu};
 use crate::cli::options::ArithmeticChoice;
 use crate::cli::{Failure, table};
+use crate::plan::{self, Effect, Plan, Request};
+use crate::renderer::{Counts, Frame, Renderer};
 use crate::scene::{Scene, bvh::Bvh};
-use crate::technique::visibility_filter::Counts;
-use crate::technique::{
-    Job, LightPart, Rendered, View, World, ambient_occlusion, direct, layered_rsm, soft_gi,
-    visibility_filter, voxel_cones,
-};
+use crate::technique::visibility_filter;
+use crate::technique::{Job, LightPart, Rendered, View};
 use serde_json::json;
 
-pub(super) fn run(
-    a: &RenderArguments,
-    technique: Technique,
-    mut cpu: Cpu,
-    opened: &mut Option<Gpu>,
-    scene: &Scene,
-    tree: &Bvh,
-    view: &View,
-) -> Result<Outcome, Failure> {
-    let gpu = match a.machine {
-        Machine::Cpu => false,
-        Machine::Gpu => true,
-        Machine::Auto => {
-            use twinlight_gpu::wgpu::DeviceType;
-            twinlight_gpu::adapters().iter().any(|x| {
-                matches!(x.get_info().device_type, DeviceType::DiscreteGpu | DeviceType::IntegratedGpu)
-            })
-        }
-    };
-    if gpu {
-        let gpu = match opened {
-            Some(gpu) => gpu,
-            None => opened.insert(a.backend.gpu(ArithmeticChoice::Fast)?),
-        };
-        let name = format!("gpu, {}, {:?}", twinlight_gpu::describe(gpu.adapter()), gpu.variant());
-        draw(a, technique, gpu, scene, tree, view, &name)
-    } else {
-        let name = format!("cpu, {} threads", cpu.threads());
-        draw(a, technique, &mut cpu, scene, tree, view, &name)
-    }
+/// A renderer that outlives a picture.
+pub(super) enum Running {
+    Cpu(Box<Renderer<Cpu>>),
+    Gpu(Box<Renderer<Gpu>>),
 }
 
-fn draw<B: Backend>(
-    a: &RenderArguments,
-    technique: Technique,
-    backend: &mut B,
-    scene: &Scene,
-    tree: &Bvh,
-    view: &View,
-    machine: &str,
-) -> Result<Outcome, Failure> {
-    let world = World::upload(backend, scene, tree, a.scene.emissive)?;
+/// What the options ask of a technique.
+pub(super) fn request(a: &RenderArguments, technique: Technique, view: &View) -> Result<Request, Failure> {
+    let technique = match technique {
+        Technique::VisibilityFilter => plan::Technique::VisibilityFilter(a.knobs.visibility_filter()),
+        Technique::VoxelCones => plan::Technique::VoxelCones(a.knobs.voxel_cones()),
+        Technique::SoftGi => plan::Technique::SoftGi(a.knobs.soft_gi()),
+        Technique::LayeredRsm => plan::Technique::LayeredRsm(a.knobs.layered_rsm()),
+        Technique::AmbientOcclusion => plan::Technique::AmbientOcclusion,
+        Technique::Direct => plan::Technique::Direct,
+        Technique::Auto | Technique::Reference => {
+            return Err(Failure::Request(format!("--technique {}: it has no passes", name(technique))));
+        }
+    };
     let job = Job {
         rays: a.samples,
         seed: a.seed,
         falloff: a.falloff,
         reach: a.reach,
-        light: match a.only {
-            Only::All => LightPart::All,
-            Only::Direct => LightPart::Direct,
-            Only::Indirect => LightPart::Indirect,
-        },
+        light: a.only.light(),
         dumps: a.dump.clone(),
         check_finite: a.check_finite,
     };
-    let rendered: Rendered;
-    let (mut counts, mut counts_line) = (serde_json::Value::Null, String::new());
-    match technique {
-        Technique::AmbientOcclusion => rendered = ambient_occlusion::render(backend, &world, view, &job)?,
-        Technique::VisibilityFilter => {
-            let settings = a.knobs.visibility_filter();
-            let (picture, counted) = visibility_filter::render(backend, &world, view, &job, &settings)?;
-            rendered = picture;
-            (counts, counts_line) = (counts_json(&counted), counts_text(&counted));
+    let effects = a.effects.as_ref().map(|names| names.iter().map(|n| of_name(n)).collect()).transpose()?;
+    Ok(Request {
+        emissive: a.scene.emissive,
+        effects,
+        quality: a.quality,
+        ..Request::new(technique, *view, job)
+    })
+}
+
+fn of_name(name: &str) -> Result<Effect, Failure> {
+    Effect::of_name(name).ok_or_else(|| {
+        let all: Vec<_> = Effect::ALL.iter().map(|e| e.name()).collect();
+        Failure::Request(format!("--effects {name}: there are {}", all.join(", ")))
+    })
+}
+
+impl Only {
+    pub(super) fn light(self) -> LightPart {
+        match self {
+            Self::All => LightPart::All,
+            Self::Direct => LightPart::Direct,
+            Self::Indirect => LightPart::Indirect,
         }
-        Technique::VoxelCones => {
-            let settings = a.knobs.voxel_cones();
-            let (picture, counted) = voxel_cones::render(backend, &world, view, &job, &settings)?;
-            rendered = picture;
-            (counts, counts_line) = (voxels_json(&counted), voxels_text(&counted));
-        }
-        Technique::LayeredRsm => {
-            let settings = a.knobs.layered_rsm();
-            if !a.quiet && world.light_count == 0 {
-                eprintln!(
-                    "note: no point, spot or sun light, and layered maps pass on no other; give --point, --spot or --sun"
-                );
-            }
-            let (picture, c) = layered_rsm::render(backend, &world, view, &job, &settings)?;
-            rendered = picture;
-            counts = json!({ "resolution": c.resolution, "voxel_bytes": c.voxel_bytes, "lights": c.lights,
-                "lights_at_once": c.lights_at_once, "map_bytes": c.map_bytes, "layer_bytes": c.layer_bytes });
-            let mib = |bytes: u64| bytes as f64 / 1_048_576.0;
-            counts_line = format!(
-                "{}^3 binary voxels {:.1} MiB, layers of {} lights {:.1} MiB, a map {:.1} MiB\n",
-                c.resolution,
-                mib(c.voxel_bytes),
-                c.lights,
-                mib(c.layer_bytes),
-                mib(c.map_bytes)
-            );
-        }
-        Technique::SoftGi => {
-            let around = soft_gi::Surroundings::new(scene);
-            note_missing(a, &world, &around);
-            let settings = a.knobs.soft_gi();
-            let (picture, c) = soft_gi::render(backend, &world, &around, view, &job, &settings)?;
-            rendered = picture;
-            counts = json!({ "proxies": c.proxies, "receivers": c.receivers, "pairs": c.pairs, "shadow_reach": c.shadow_reach });
-            counts_line = format!(
-                "{} proxies, {} receivers, {} pairs of them, shadows to {:.1} radii\n",
-                c.proxies, c.receivers, c.pairs, c.shadow_reach
-            );
-        }
-        _ => rendered = direct::render(backend, &world, view, &job)?,
     }
+}
+
+impl Running {
+    /// Starts on the machine that the options name.
+    fn start(a: &RenderArguments, cpu: Cpu, scene: Scene, tree: Bvh) -> Result<Self, Failure> {
+        let gpu = match a.machine {
+            Machine::Cpu => false,
+            Machine::Gpu => true,
+            Machine::Auto => {
+                use twinlight_gpu::wgpu::DeviceType;
+                twinlight_gpu::adapters().iter().any(|x| {
+                    matches!(x.get_info().device_type, DeviceType::DiscreteGpu | DeviceType::IntegratedGpu)
+                })
+            }
+        };
+        Ok(if gpu {
+            let gpu = a.backend.gpu(ArithmeticChoice::Fast)?;
+            Self::Gpu(Box::new(Renderer::with_tree(gpu, scene, tree)?))
+        } else {
+            Self::Cpu(Box::new(Renderer::with_tree(cpu, scene, tree)?))
+        })
+    }
+}
+
+/// Renders a scene with what earlier frames left, and tells what changed since.
+pub(super) fn run(
+    a: &RenderArguments,
+    technique: Technique,
+    running: &mut Option<Running>,
+    scene: Scene,
+    view: &View,
+) -> Result<Outcome, Failure> {
+    let request = request(a, technique, view)?;
+    let mut changes = Vec::new();
+    if let Some(running) = running {
+        changes = match running {
+            Running::Cpu(renderer) => renderer.update(scene)?,
+            Running::Gpu(renderer) => renderer.update(scene)?,
+        };
+    } else {
+        let cpu = a.backend.cpu()?;
+        let tree = cpu.install(|| crate::cli::options::build_tree(&scene))?;
+        *running = Some(Running::start(a, cpu, scene, tree)?);
+    }
+    match running {
+        Some(Running::Cpu(renderer)) => {
+            let machine = format!("cpu, {} threads", renderer.backend().threads());
+            draw(a, renderer, &request, &machine, changes)
+        }
+        Some(Running::Gpu(renderer)) => {
+            let gpu = renderer.backend();
+            let machine = format!("gpu, {}, {:?}", twinlight_gpu::describe(gpu.adapter()), gpu.variant());
+            draw(a, renderer, &request, &machine, changes)
+        }
+        None => Err(Failure::Work("no renderer".into())),
+    }
+}
+
+fn draw<B: Backend>(
+    a: &RenderArguments,
+    renderer: &mut Renderer<B>,
+    request: &Request,
+    machine: &str,
+    changes: Vec<plan::Change>,
+) -> Result<Outcome, Failure> {
+    let plan = match a.budget {
+        None => renderer.plan(request).map_err(|e| Failure::Request(e.to_string()))?,
+        Some(budget) => {
+            let (plan, expected) = renderer.plan_within(request, budget)?;
+            if !a.quiet {
+                let kept: Vec<_> = plan.effects().iter().map(|e| e.name()).collect();
+                let ms = expected.as_secs_f64() * 1e3;
+                eprintln!("note: for {ms:.1} ms of passes, by two trials: {}", kept.join(", "));
+            }
+            plan
+        }
+    };
+    if !a.quiet {
+        note_missing(&plan, renderer.scene());
+    }
+    let Frame { rendered, counts } = renderer.render(&plan)?;
+    outcome(a, machine, &plan, rendered, counts, changes)
+}
+
+fn outcome(
+    a: &RenderArguments,
+    machine: &str,
+    plan: &Plan,
+    rendered: Rendered,
+    counts: Counts,
+    changes: Vec<plan::Change>,
+) -> Result<Outcome, Failure> {
     refuse_non_finite(&rendered)?;
     for name in a.dump.iter().filter(|name| !a.quiet && !rendered.dumps.contains_key(*name)) {
         eprintln!("note: --dump {name}: nothing of the kind was computed for this scene and request");
     }
     let mean = rendered.picture.mean();
-    let mut text = format!("{technique:?} on {machine}\n{}", table::passes_text(&rendered.timings));
-    text += &counts_line;
+    let technique = camel(plan.technique.name());
+    let mut text = format!("{technique} on {machine}\n{}", table::passes_text(&rendered.timings));
+    text += &counts_text(&counts);
     text += &format!("mean {:.5} {:.5} {:.5}\n", mean.x, mean.y, mean.z);
     if a.check_finite {
         text += &format!("non-finite values: 0 in {} buffers\n", rendered.non_finite.len());
     }
     let json = json!({
-        "technique": format!("{technique:?}"),
+        "technique": technique,
         "machine": machine,
+        "effects": plan.effects().iter().map(|e| e.name()).collect::<Vec<_>>(),
         "passes": table::passes_json(&rendered.timings),
         "stages": table::stages_json(&rendered.timings),
-        "counts": counts,
+        "counts": counts_json(&counts),
         "mean": mean.to_array(),
     });
     Ok(Outcome {
@@ -143,19 +182,36 @@ fn draw<B: Backend>(
         json,
         dumps: rendered.dumps.into_iter().collect(),
         interrupted: false,
+        ran: rendered.timings,
+        changes,
     })
 }
 
-/// Says what soft global illumination has nothing to do without.
-fn note_missing<B: Backend>(a: &RenderArguments, world: &World<B>, around: &soft_gi::Surroundings) {
-    if a.quiet {
-        return;
-    }
-    if !world.has_environment {
-        eprintln!("note: no light from the surroundings; give --sky, --daylight or --environment");
-    }
-    if around.proxies.is_empty() {
-        eprintln!("note: the scene has no spherical proxies; give --sphere or --fit-spheres");
+/// `voxel-cones` as `VoxelCones`.
+fn camel(name: &str) -> String {
+    let word = |w: &str| {
+        let mut letters = w.chars();
+        letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+    };
+    name.split('-').map(word).collect()
+}
+
+/// Says what the technique has nothing to do without.
+fn note_missing(plan: &Plan, scene: &Scene) {
+    let lights = &scene.lights;
+    match plan.technique {
+        plan::Technique::LayeredRsm(_) if lights.is_empty() => eprintln!(
+            "note: no point, spot or sun light, and layered maps pass on no other; give --point, --spot or --sun"
+        ),
+        plan::Technique::SoftGi(_) => {
+            if !scene.environment.is_lit() {
+                eprintln!("note: no light from the surroundings; give --sky, --daylight or --environment");
+            }
+            if scene.proxies.is_empty() {
+                eprintln!("note: the scene has no spherical proxies; give --sphere or --fit-spheres");
+            }
+        }
+        _ => {}
     }
 }
 
@@ -173,7 +229,36 @@ fn refuse_non_finite(rendered: &Rendered) -> Result<(), Failure> {
     Err(Failure::Work(format!("non-finite values: {}; please report the scene", bad.join(", "))))
 }
 
-fn counts_text(c: &Counts) -> String {
+fn counts_text(counts: &Counts) -> String {
+    let mib = |bytes: u64| bytes as f64 / 1_048_576.0;
+    match counts {
+        Counts::Nothing => String::new(),
+        Counts::VisibilityFilter(c) => proxies_text(c),
+        Counts::VoxelCones(c) => {
+            format!(
+                "{} leaves, {} voxels, {} of them lit, {:.1} MiB\n",
+                c.leaves,
+                c.voxels,
+                c.lit,
+                mib(c.bytes)
+            )
+        }
+        Counts::SoftGi(c) => format!(
+            "{} proxies, {} receivers, {} pairs of them, shadows to {:.1} radii\n",
+            c.proxies, c.receivers, c.pairs, c.shadow_reach
+        ),
+        Counts::LayeredRsm(c) => format!(
+            "{}^3 binary voxels {:.1} MiB, layers of {} lights {:.1} MiB, a map {:.1} MiB\n",
+            c.resolution,
+            mib(c.voxel_bytes),
+            c.lights,
+            mib(c.layer_bytes),
+            mib(c.map_bytes)
+        ),
+    }
+}
+
+fn proxies_text(c: &visibility_filter::Counts) -> String {
     let mut text =
         format!("{} proxies, {} in overlapped cells, lists of {} voxels\n", c.proxies, c.pairs, c.capacity);
     if c.full_lists > 0 {
@@ -185,21 +270,18 @@ fn counts_text(c: &Counts) -> String {
     text
 }
 
-fn voxels_text(c: &voxel_cones::Counts) -> String {
-    format!(
-        "{} leaves, {} voxels, {} of them lit, {:.1} MiB\n",
-        c.leaves,
-        c.voxels,
-        c.lit,
-        c.bytes as f64 / 1_048_576.0
-    )
-}
-
-fn voxels_json(c: &voxel_cones::Counts) -> serde_json::Value {
-    json!({ "leaves": c.leaves, "voxels": c.voxels, "lit": c.lit, "bytes": c.bytes })
-}
-
-fn counts_json(c: &Counts) -> serde_json::Value {
-    json!({ "proxies": c.proxies, "pairs": c.pairs, "list_capacity": c.capacity,
-        "full_lists": c.full_lists, "dropped_voxels": c.dropped })
+fn counts_json(counts: &Counts) -> serde_json::Value {
+    match counts {
+        Counts::Nothing => serde_json::Value::Null,
+        Counts::VisibilityFilter(c) => json!({ "proxies": c.proxies, "pairs": c.pairs,
+            "list_capacity": c.capacity, "full_lists": c.full_lists, "dropped_voxels": c.dropped }),
+        Counts::VoxelCones(c) => {
+            json!({ "leaves": c.leaves, "voxels": c.voxels, "lit": c.lit, "bytes": c.bytes })
+        }
+        Counts::SoftGi(c) => json!({ "proxies": c.proxies, "receivers": c.receivers, "pairs": c.pairs,
+            "shadow_reach": c.shadow_reach }),
+        Counts::LayeredRsm(c) => json!({ "resolution": c.resolution, "voxel_bytes": c.voxel_bytes,
+            "lights": c.lights, "lights_at_once": c.lights_at_once, "map_bytes": c.map_bytes,
+            "layer_bytes": c.layer_bytes }),
+    }
 }

@@ -83,5 +83,6 @@ fn reference_outcome(
         let dump = if name == "direct" { result.direct.clone() } else { result.indirect.clone() };
         dumps.push((name.clone(), dump));
     }
-    Outcome { picture, report: text, json, dumps, interrupted }
+    let (ran, changes) = (Vec::new(), Vec::new());
+    Outcome { picture, report: text, json, dumps, interrupted, ran, changes }
 }
