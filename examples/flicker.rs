@@ -67,6 +67,7 @@ fn main() -> Result<()> {
                     &mut cpu,
                     &world,
                     lit_proxies,
+                    None,
                     view,
                     &job,
                     &settings,

@@ -277,7 +277,10 @@ impl<B: Backend> Renderer<B> {
     fn touch(&mut self, change: Change) -> Result<(), BackendError> {
         match change {
             Change::Nothing => return Ok(()),
-            Change::Camera => self.world.keep_gbuffers(),
+            Change::Camera => {
+                self.world.keep_gbuffers();
+                self.kept.seen_from_elsewhere();
+            }
             Change::Lights => {
                 self.world.set_lights(&mut self.backend, &self.scene.lights)?;
                 self.kept.lights_changed();

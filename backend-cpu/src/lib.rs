@@ -48,12 +48,15 @@ pub enum CpuError {
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
+/// Stage, label and bytes of a buffer.
+type Made = (&'static str, String, u64);
+
 /// Runs passes over a pool of threads and keeps their timings.
 pub struct Cpu {
     pool: rayon::ThreadPool,
     timings: Vec<PassTiming>,
     stage: &'static str,
-    allocations: Mutex<Option<Vec<(&'static str, String, u64)>>>,
+    allocations: Mutex<Option<Vec<Made>>>,
 }
 
 impl Cpu {

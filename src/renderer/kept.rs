@@ -5,9 +5,9 @@ use crate::backend::{Backend, BackendError};
 use crate::plan::{Plan, Technique};
 use crate::scene::Bounds;
 use crate::technique::layered_rsm::{self, BinaryVoxels, LayeredRsm, Maps};
-use crate::technique::visibility_filter::{self, Lit, Proxies, Visibility, VisibilityFilter};
+use crate::technique::visibility_filter::{self, Lists, Lit, Proxies, Visibility, VisibilityFilter};
 use crate::technique::voxel_cones::{self, Lighting, Pyramid, VoxelCones};
-use crate::technique::{Inspection, LightPart, Rendered, World};
+use crate::technique::{Inspection, LightPart, Rendered, View, World};
 use std::ops::Range;
 
 /// What decides how structures are made.
@@ -32,6 +32,8 @@ pub(super) struct Kept<B: Backend> {
     key: Option<Key>,
     proxies: Option<Proxies<B>>,
     lit: Option<Lit<B>>,
+    /// Which voxels a view's pixels see.
+    lists: Option<(View, Lists<B>)>,
     fixed: Option<Fixed<B>>,
     pyramid: Option<Pyramid<B>>,
     lighting: Option<Lighting<B>>,
@@ -47,6 +49,7 @@ impl<B: Backend> Default for Kept<B> {
             key: None,
             proxies: None,
             lit: None,
+            lists: None,
             fixed: None,
             pyramid: None,
             lighting: None,
@@ -63,10 +66,15 @@ impl<B: Backend> Kept<B> {
         (self.lit, self.lighting, self.maps) = (None, None, None);
     }
 
+    /// The view is another.
+    pub(super) fn seen_from_elsewhere(&mut self) {
+        self.lists = None;
+    }
+
     /// Triangles are elsewhere.
     pub(super) fn meshes_moved(&mut self, range: Range<u32>) {
         self.lights_changed();
-        (self.proxies, self.pyramid, self.voxels) = (None, None, None);
+        (self.proxies, self.lists, self.pyramid, self.voxels) = (None, None, None, None);
         let moved = self.moved.take().unwrap_or(range.clone());
         self.moved = Some(moved.start.min(range.start)..moved.end.max(range.end));
     }
@@ -104,8 +112,10 @@ impl<B: Backend> Kept<B> {
             self.lit = Some(Lit::light(backend, world, proxies, settings, job, &mut seen)?);
         }
         let (Some(proxies), Some(lit)) = (&self.proxies, &self.lit) else { return Err(impossible()) };
-        let (rendered, counts) =
-            visibility_filter::render_lit(backend, world, proxies, lit, view, job, settings)?;
+        let known = self.lists.take().filter(|(of, _)| of == view).map(|(_, lists)| lists);
+        let (rendered, counts, lists) =
+            visibility_filter::render_lit(backend, world, (proxies, lit), known, view, job, settings)?;
+        self.lists = lists.map(|lists| (*view, lists));
         Ok((rendered, Counts::VisibilityFilter(counts)))
     }
 

@@ -8,6 +8,7 @@ mod support;
 
 mod devices;
 mod pictures;
+mod plans;
 mod refusals;
 mod signals;
 

@@ -208,7 +208,7 @@ fn auto_passes_light_on_where_there_is_a_lamp() {
         ran.err
     );
     let ran = succeed(folder.path(), &["render", "spheres", "--size", "16x16", "--samples", "2"]);
-    assert!(ran.err.contains("auto chose direct"), "{}", ran.err);
+    assert!(ran.err.contains("auto chose soft-gi"), "{}", ran.err);
 }
 
 #[test]
@@ -280,7 +280,7 @@ fn layered_maps_tell_their_bytes_and_show_their_buffers() {
         ["--rsm", "64", "--light-radius", "0.05", "--dump", "rsm,layers,shadow,ao", "-o", "a.exr", "--json"];
     let json = succeed(folder.path(), &[&base[..], &knobs].concat()).json();
     let bytes = |what: &str| json["counts"][what].as_u64().unwrap();
-    assert_eq!(bytes("voxel_bytes"), 4 * (32 * 32 * 32 / 32 + (16 * 16 * 16 + 512 + 64 + 8) / 4 + 1));
+    assert_eq!(bytes("voxel_bytes"), 4 * (32 * 32 * 32 / 32 + (16 * 16 * 16 + 512 + 64 + 8) / 2 + 1));
     assert_eq!((bytes("lights"), bytes("map_bytes")), (1, 16 * 64 * 64), "{json}");
     let picture = |name: &str| Picture::open_exr(&folder.path().join(name)).unwrap();
     assert_eq!((picture("a.rsm.exr").width, picture("a.layers.exr").width), (64, 4 * 32));

@@ -70,13 +70,13 @@ fn furnace(settings: &VisibilityFilter, flags: u32, near_range: f32) -> (Vec<Vec
             items,
         )
         .unwrap();
-    let gloss = g.gloss.unwrap();
+    let gloss = g.gloss.as_ref().unwrap();
     let mut specular = b.cpu.alloc("specular", items as usize).unwrap();
     b.cpu
         .gather_specular(
             &params,
             &g.surfaces,
-            &gloss,
+            gloss,
             &lists.headers,
             &lists.lists,
             &voxels,

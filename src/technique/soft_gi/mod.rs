@@ -83,8 +83,13 @@ pub fn render<B: Backend>(
         return Err(BackendError::Settings(SettingsError { knob: "proxies", reason }));
     }
     let mut seen = Inspection::new(job, view.width, view.height);
-    let (gathered, counts) = gather(backend, world, surroundings, view, job, settings, &mut seen)?;
-    let picture = picture(backend, world, Some(&gathered), view, job, &mut seen, |backend, g, seen| {
+    // In the dark, or asked for what proxies alone would send, there is nothing to do without them.
+    let (mut gathered, mut counts) = (None, Counts::default());
+    if world.has_environment && (proxies > 0 || job.light != LightPart::Indirect) {
+        let (light, counted) = gather(backend, world, surroundings, view, job, settings, &mut seen)?;
+        (gathered, counts) = (Some(light), counted);
+    }
+    let picture = picture(backend, world, gathered.as_ref(), view, job, &mut seen, |backend, g, seen| {
         direct::band_radiance_without_surroundings(backend, world, g, job, seen)
     })?;
     let timings = backend.take_timings()?;
@@ -118,6 +123,7 @@ fn params(surroundings: &Surroundings, job: &Job, settings: &SoftGi, width: u32,
         },
         entries: ENTRIES,
         parts: match job.light {
+            LightPart::All if surroundings.proxies.is_empty() => soft_gi::SHADOWED,
             LightPart::All => soft_gi::SHADOWED | soft_gi::REFLECTED,
             LightPart::Direct => soft_gi::SHADOWED,
             LightPart::Indirect => soft_gi::REFLECTED,

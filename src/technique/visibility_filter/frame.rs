@@ -23,11 +23,13 @@ pub struct Frame<B: Backend> {
     pub lists: Option<Lists<B>>,
 }
 
-/// Renders a picture: direct light unless only indirect is asked for, and the light of the lit proxies if there are any.
+/// Renders a picture: direct light unless only indirect is asked for, and the light of the lit proxies if there are any. Lists of an
+/// earlier picture of this view stand for those that would be made.
 pub fn render<B: Backend>(
     backend: &mut B,
     world: &World<B>,
     lit_proxies: Option<(&Proxies<B>, &Lit<B>)>,
+    known: Option<Lists<B>>,
     view: &View,
     job: &Job,
     settings: &VisibilityFilter,
@@ -36,7 +38,10 @@ pub fn render<B: Backend>(
     let mut picture = Picture::new(view.width, view.height);
     let (mut gathered, mut lists) = (None, None);
     if let Some((p, lit)) = lit_proxies {
-        let made = Lists::make(backend, world, p, view, job, settings, seen)?;
+        let made = match known {
+            Some(lists) => lists,
+            None => Lists::make(backend, world, p, view, job, settings, seen)?,
+        };
         gathered = Some(gather(backend, world, p, lit, &made, view, settings, seen)?);
         lists = Some(made);
     }

@@ -9,6 +9,7 @@ mod lit;
 mod proxies;
 mod settings;
 
+pub use lists::Lists;
 pub use lit::Lit;
 pub use proxies::{Cells, Proxies};
 pub use settings::{
@@ -73,42 +74,45 @@ pub fn render<B: Backend>(
         lit_proxies = Some((proxies, lit));
     }
     let borrowed = lit_proxies.as_ref().map(|(proxies, lit)| (proxies, lit));
-    finish(backend, world, borrowed, view, job, settings, seen)
+    let (rendered, counts, _) = finish(backend, world, borrowed, None, view, job, settings, seen)?;
+    Ok((rendered, counts))
 }
 
-/// Renders with proxies and light of an earlier picture: nothing is made or lit again.
+/// Renders with proxies and light of an earlier picture: nothing is made or lit again. With the lists of an earlier picture of this
+/// view nothing is marched either; those of this one are returned.
 ///
 /// # Errors
 /// Knobs out of range, and what the backend reports.
 pub fn render_lit<B: Backend>(
     backend: &mut B,
     world: &World<B>,
-    proxies: &Proxies<B>,
-    lit: &Lit<B>,
+    (proxies, lit): (&Proxies<B>, &Lit<B>),
+    known: Option<Lists<B>>,
     view: &View,
     job: &Job,
     settings: &VisibilityFilter,
-) -> Result<(Rendered, Counts), BackendError> {
+) -> Result<(Rendered, Counts, Option<Lists<B>>), BackendError> {
     settings.check(view.width, view.height)?;
     let seen = Inspection::new(job, view.width, view.height);
-    finish(backend, world, Some((proxies, lit)), view, job, settings, seen)
+    finish(backend, world, Some((proxies, lit)), known, view, job, settings, seen)
 }
 
 fn finish<B: Backend>(
     backend: &mut B,
     world: &World<B>,
     lit_proxies: Option<(&Proxies<B>, &Lit<B>)>,
+    known: Option<Lists<B>>,
     view: &View,
     job: &Job,
     settings: &VisibilityFilter,
     mut seen: Inspection<'_>,
-) -> Result<(Rendered, Counts), BackendError> {
-    let frame = frame::render(backend, world, lit_proxies, view, job, settings, &mut seen)?;
+) -> Result<(Rendered, Counts, Option<Lists<B>>), BackendError> {
+    let frame = frame::render(backend, world, lit_proxies, known, view, job, settings, &mut seen)?;
     let timings = backend.take_timings()?;
     backend.set_stage("");
     let counts = match (&frame.lists, lit_proxies) {
         (Some(lists), Some((proxies, _))) => lists.count(backend, proxies)?,
         _ => Counts::default(),
     };
-    Ok((seen.finish(frame.picture, timings), counts))
+    Ok((seen.finish(frame.picture, timings), counts, frame.lists))
 }

@@ -1,0 +1,191 @@
+//! Are a plan's passes, pipelines, buffers and bytes those that the backend counts, and none of an effect that is not called for?
+
+use crate::{request, scenes, techniques};
+use twinlight::backend::{Allocation, Backend, Cpu, Gpu, GpuOptions};
+use twinlight::plan::{Costs, Effect, Plan, Technique};
+use twinlight::renderer::Renderer;
+use twinlight::scene::Scene;
+use twinlight::technique::LightPart;
+use twinlight_kernels::passes::PassTiming;
+
+/// What a backend counts while it renders a plan's picture.
+struct Counted {
+    passes: Vec<(&'static str, &'static str, u32, u64)>,
+    buffers: Vec<Allocation>,
+}
+
+fn names(list: &[PassTiming]) -> Vec<(&'static str, &'static str, u32, u64)> {
+    list.iter().map(|t| (t.stage, t.pass, t.items, t.bytes)).collect()
+}
+
+/// Renders on a backend that counts; returns it too.
+fn counted<B: Backend>(mut backend: B, scene: &Scene, plan: &Plan) -> (Counted, B::Buffer<u32>, Renderer<B>) {
+    backend.log_allocations(true);
+    let mut renderer = Renderer::new(backend, scene.clone()).unwrap();
+    let passes = names(&renderer.render(plan).unwrap().rendered.timings);
+    let buffers = renderer.backend_mut().take_allocations();
+    let probe = renderer.backend_mut().alloc("probe", 1).unwrap();
+    (Counted { passes, buffers }, probe, renderer)
+}
+
+fn assert_same(what: &str, costs: &Costs, counted: &Counted) {
+    let planned = names(&costs.passes);
+    for (i, (a, b)) in planned.iter().zip(&counted.passes).enumerate() {
+        assert_eq!(a, b, "{what}: pass {i}");
+    }
+    assert_eq!(planned.len(), counted.passes.len(), "{what}: passes");
+    for (i, (a, b)) in costs.buffers.iter().zip(&counted.buffers).enumerate() {
+        assert_eq!(a, b, "{what}: buffer {i}");
+    }
+    assert_eq!(costs.buffers.len(), counted.buffers.len(), "{what}: buffers");
+}
+
+/// Passes and buffers that exist for an effect alone.
+fn own(effect: Effect) -> (&'static [&'static str], &'static [&'static str]) {
+    match effect {
+        Effect::Lights => (&["light_visibility", "shade_diffuse", "shade_specular"], &["visibility"]),
+        Effect::SoftShadows => (&["shadow_cone", "shade_soft_diffuse", "shade_soft_specular"], &["shadow"]),
+        Effect::Environment => (&["fill_background"], &["environment"]),
+        Effect::Emission => (&["resolve_emission", "mark_emissive", "inject_emission"], &["emission"]),
+        Effect::Gloss => (
+            &[
+                "resolve_gloss",
+                "shade_specular",
+                "shade_soft_specular",
+                "add_lobes",
+                "inject_lobes",
+                "filter_lobes",
+            ],
+            &["gloss", "proxy gloss", "lobes"],
+        ),
+        Effect::Bounce => (
+            &[
+                "cone_diffuse",
+                "gather_diffuse",
+                "layered_diffuse",
+                "inject_photons",
+                "filter_lists",
+                "split_layers",
+            ],
+            &["lists"],
+        ),
+        Effect::SpecularBounce => (
+            &[
+                "cone_specular",
+                "layered_specular",
+                "gather_specular",
+                "lobe_coverage",
+                "add_specular_reflection",
+            ],
+            &["specular light"],
+        ),
+        Effect::FurtherBounces => (&["add_bounce"], &[]),
+        Effect::ProxyShadows => (&["accumulate_occlusion"], &[]),
+        Effect::ProxyBounce => (&["accumulate_indirect"], &["exact operator"]),
+        Effect::Occlusion => (&["cone_openness"], &[]),
+    }
+}
+
+/// Whether something else that is called for needs what mostly belongs to an effect.
+fn shared(effect: Effect, pass: &str, plan: &Plan) -> bool {
+    let soft_gi = matches!(plan.technique, Technique::SoftGi(_));
+    let filter = matches!(plan.technique, Technique::VisibilityFilter(_));
+    match effect {
+        // Proxies are lit, and an emissive leaf's light is spread as a bounce.
+        Effect::Lights => filter && plan.gathers() || pass == "shade_diffuse",
+        // The surroundings stay behind what soft-gi lights; there proxies are lit too.
+        Effect::Environment => soft_gi,
+        Effect::FurtherBounces => plan.calls(Effect::Emission) || plan.calls(Effect::Environment),
+        Effect::Bounce => false,
+        // Receivers alone, without proxies' light, have the same passes.
+        Effect::ProxyShadows => soft_gi,
+        _ => false,
+    }
+}
+
+#[test]
+fn what_is_planned_is_what_runs() {
+    let gpu = || Gpu::new(&GpuOptions::default());
+    let have = gpu().is_ok() || crate::support::strict_gpu().is_some();
+    for scene in scenes() {
+        for (number, technique) in techniques().iter().enumerate() {
+            for (emissive, light) in [
+                (false, LightPart::All),
+                (true, LightPart::All),
+                (false, LightPart::Direct),
+                (true, LightPart::Indirect),
+            ] {
+                let request = request(&scene, technique, emissive, light);
+                let what =
+                    format!("{}, {} {number}, {light:?}, emissive {emissive}", scene.name, technique.name());
+                let plan = Plan::new(&scene, &request).unwrap();
+                let costs = twinlight::renderer::costs(&scene, &crate::support::tree(&scene), &plan).unwrap();
+                let (on_cpu, ..) = counted(Cpu::new(Some(2)).unwrap(), &scene, &plan);
+                assert_same(&what, &costs, &on_cpu);
+                for effect in Effect::ALL.into_iter().filter(|&e| !plan.calls(e)) {
+                    let (passes, buffers) = own(effect);
+                    for p in &on_cpu.passes {
+                        let for_it = passes.contains(&p.1) && !shared(effect, p.1, &plan);
+                        assert!(!for_it, "{what}: {} ran without {}", p.1, effect.name());
+                    }
+                    for b in &on_cpu.buffers {
+                        let for_it = buffers.contains(&b.label.as_str()) && !shared(effect, "", &plan);
+                        assert!(
+                            !for_it || effect == Effect::Lights,
+                            "{what}: {b:?} without {}",
+                            effect.name()
+                        );
+                    }
+                }
+                // Pipelines are the GPU's alone: one request for each scene and technique.
+                if have && !emissive && light == LightPart::All {
+                    let (on_gpu, _, renderer) = counted(gpu().unwrap(), &scene, &plan);
+                    assert_eq!(renderer.backend().pipeline_names(), costs.pipelines(), "{what}");
+                    // Rounding decides about a voxel here and there in fast arithmetic: names alone.
+                    let name = |p: &(&'static str, &'static str, u32, u64)| (p.0, p.1);
+                    let planned: Vec<_> = names(&costs.passes).iter().map(name).collect();
+                    assert_eq!(on_gpu.passes.iter().map(name).collect::<Vec<_>>(), planned, "{what}");
+                }
+            }
+        }
+    }
+}
+
+/// Planted faults: the comparison above finds a pass, a buffer, a byte more or less.
+#[test]
+#[should_panic(expected = "buffer")]
+fn a_byte_more_would_be_found() {
+    let scene = Scene::open("cornell-box").unwrap();
+    let request = request(&scene, &Technique::Direct, false, LightPart::All);
+    let plan = Plan::new(&scene, &request).unwrap();
+    let mut costs = twinlight::renderer::costs(&scene, &crate::support::tree(&scene), &plan).unwrap();
+    costs.buffers[3].bytes += 1;
+    assert_same("planted", &costs, &counted(Cpu::new(Some(1)).unwrap(), &scene, &plan).0);
+}
+
+#[test]
+#[should_panic(expected = "passes")]
+fn a_pass_less_would_be_found() {
+    let scene = Scene::open("cornell-box").unwrap();
+    let request = request(&scene, &Technique::Direct, false, LightPart::All);
+    let plan = Plan::new(&scene, &request).unwrap();
+    let mut costs = twinlight::renderer::costs(&scene, &crate::support::tree(&scene), &plan).unwrap();
+    costs.passes.pop();
+    assert_same("planted", &costs, &counted(Cpu::new(Some(1)).unwrap(), &scene, &plan).0);
+}
+
+#[test]
+fn only_what_sizes_follow_from_is_computed() {
+    let scene = Scene::open("cornell-glossy").unwrap();
+    for technique in techniques() {
+        let plan = Plan::new(&scene, &request(&scene, &technique, false, LightPart::All)).unwrap();
+        let costs = twinlight::renderer::costs(&scene, &crate::support::tree(&scene), &plan).unwrap();
+        for costly in
+            ["cone_diffuse", "layered_diffuse", "gather_diffuse", "light_visibility", "ambient_openness"]
+        {
+            assert!(!costs.computed.contains(&costly), "{}: {costly} was computed", technique.name());
+        }
+        let knows = matches!(technique, Technique::VoxelCones(_)) == costs.computed.contains(&"block_counts");
+        assert!(knows, "{}: {:?}", technique.name(), costs.computed);
+    }
+}
