@@ -98,6 +98,11 @@ impl<B: Backend> Renderer<B> {
         &mut self.backend
     }
 
+    /// Ends, and gives the backend back.
+    pub fn into_backend(self) -> B {
+        self.backend
+    }
+
     /// The scene as it is now.
     pub fn scene(&self) -> &Scene {
         &self.scene

@@ -210,6 +210,11 @@ impl Gpu {
         names
     }
 
+    /// Drops all pipelines: they are made again when a pass first needs its own.
+    pub fn forget_pipelines(&mut self) {
+        self.pipelines.clear();
+    }
+
     /// Begins to list every buffer that is made, or ends it and forgets them.
     pub fn log_allocations(&mut self, on: bool) {
         self.allocations = on.then(Vec::new);
