@@ -142,6 +142,7 @@ impl<B: Backend> Renderer<B> {
         }
         self.world.forget_other_views(&plan.view);
         self.backend.take_timings()?;
+        self.backend.set_stage("");
         let (rendered, counts) = self.draw(plan, looks)?;
         let frame = Frame { rendered, counts };
         self.last = Some((plan.clone(), frame.clone()));

@@ -121,6 +121,7 @@ pub fn render<B: Backend>(
             direct::band_radiance(backend, world, g, job, seen)
         })?;
         let timings = backend.take_timings()?;
+        backend.set_stage("");
         return Ok((seen.finish(picture, timings), Counts::default()));
     }
     backend.set_stage("voxelisation");
