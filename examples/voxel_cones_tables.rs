@@ -18,7 +18,7 @@ use twinlight::technique::{Cones, Job, LightPart, View, World, ambient_occlusion
 type Change = (&'static str, fn(&mut VoxelCones));
 
 const CHANGES: [Change; 17] = [
-    ("as it is: 128³, 16 cones", |_| ()),
+    ("128³, 16 cones", |_| ()),
     ("32³", |s| s.resolution = 32),
     ("64³", |s| s.resolution = 64),
     ("256³", |s| s.resolution = 256),
@@ -26,7 +26,7 @@ const CHANGES: [Change; 17] = [
     ("32 cones", |s| s.cones.count = 32),
     ("64 cones", |s| s.cones.count = 64),
     ("64 cones, 256³", |s| (s.cones.count, s.resolution) = (64, 256)),
-    ("16 cones, alike in all pixels", |s| s.cones.interleave = false),
+    ("turned pixel by pixel, the default", |s| s.cones.interleave = true),
     ("16 cones of 10°", |s| s.cones.half_angle = Some(5.0)),
     ("16 cones of 60°", |s| s.cones.half_angle = Some(30.0)),
     ("voxels as wide as cones", |s| s.cones.width = 1.0),
@@ -49,7 +49,9 @@ fn main() -> Result<()> {
         let world = World::upload(&mut cpu, &scene, &tree, false)?;
         let job = Job { light: LightPart::Indirect, ..Job::default() };
         for (what, change) in CHANGES {
+            // Alike in all pixels, so that each knob shows by itself.
             let mut settings = VoxelCones::default();
+            settings.cones.interleave = false;
             change(&mut settings);
             let (rendered, counts) = voxel_cones::render(&mut cpu, &world, &view, &job, &settings)?;
             let error = error(&rendered.picture, &right[settings.bounces as usize - 1])?;
