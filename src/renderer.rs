@@ -326,7 +326,8 @@ pub fn costs(scene: &Scene, tree: &Bvh, plan: &Plan) -> Result<Costs, BackendErr
     let mut recorder = Recorder::new(Cpu::new(None)?);
     recorder.log_allocations(true);
     let mut renderer = Renderer::with_tree(recorder, scene.clone(), tree.clone())?;
-    let passes = renderer.render(plan)?.rendered.timings;
+    let frame = renderer.render(plan)?;
+    let (passes, counts) = (frame.rendered.timings, frame.counts);
     let buffers = renderer.backend.take_allocations();
     let computed = renderer.backend.computed().to_vec();
     let mut again = Vec::new();
@@ -334,5 +335,5 @@ pub fn costs(scene: &Scene, tree: &Bvh, plan: &Plan) -> Result<Costs, BackendErr
         renderer.touch(change)?;
         again.push((change, renderer.render(plan)?.rendered.timings));
     }
-    Ok(Costs { passes, buffers, again, computed })
+    Ok(Costs { passes, buffers, again, counts, computed })
 }

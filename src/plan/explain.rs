@@ -2,6 +2,7 @@
 
 use super::{Effect, Plan};
 use crate::backend::Allocation;
+use crate::renderer::Counts;
 use std::fmt::Write;
 use twinlight_kernels::passes::PassTiming;
 
@@ -45,6 +46,8 @@ pub struct Costs {
     pub buffers: Vec<Allocation>,
     /// The passes of the next picture after each kind of change.
     pub again: Vec<(Change, Vec<PassTiming>)>,
+    /// How much there is to do, such as the number of lit voxels.
+    pub counts: Counts,
     /// The passes that were computed to know these sizes.
     pub computed: Vec<&'static str>,
 }
@@ -136,6 +139,15 @@ impl Costs {
             self.buffers.len(),
             self.bytes()
         );
+        match self.counts {
+            Counts::VoxelCones(c) => {
+                let _ = writeln!(text, "{} leaves, {} voxels, {} of them lit", c.leaves, c.voxels, c.lit);
+            }
+            Counts::VisibilityFilter(c) => {
+                let _ = writeln!(text, "{} proxies on the surfaces", c.proxies);
+            }
+            _ => {}
+        }
         let _ = writeln!(text, "\n{:<12} {:>6}  runs again", "change of", "passes");
         for (change, passes) in &self.again {
             let list: Vec<&str> = stages(passes).into_iter().map(shown).collect();

@@ -32,7 +32,7 @@ fn explain_tells_what_render_then_does() {
         plan["bytes"].as_u64().unwrap() > 100_000 && plan["scene"]["glossy_share"].as_f64().unwrap() > 0.1
     );
     let text = succeed(folder.path(), &["explain", "spheres"]).out;
-    for word in ["auto chose soft-gi", "proxy-bounce", "bytes in all", "runs again"] {
+    for word in ["auto chose soft-gi", "proxy-bounce", "bytes in all", "runs again", "meshes move"] {
         assert!(text.contains(word), "{word}: {text}");
     }
 }

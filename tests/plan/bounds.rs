@@ -111,10 +111,19 @@ fn subjects() -> Vec<(Scene, u32)> {
     all.push((spheres, 400));
     let sun = light::sun(v(0.25, -1.0, 0.15).normalize(), v(12.0, 11.0, 9.5));
     let lamp = light::point(v(0.0, 8.0, 0.0), v(120.0, 115.0, 100.0));
-    for (name, lamp) in [("sponza.glb", sun), ("sibenik.glb", lamp)] {
+    let low = light::point(v(0.0, 1.4, 0.6), Vec3::ONE);
+    let cornell =
+        ["original", "glossy", "sphere", "empty-co", "empty-rg"].map(|n| format!("cornell-{n}.glb"));
+    for name in &cornell {
         if let Some(path) = scene_file(name) {
             let s = Scene::open(path.to_str().unwrap()).unwrap();
-            all.push((Scene { lights: vec![lamp], environment: Environment::None, ..s }, 600));
+            all.push((Scene { lights: vec![low], environment: Environment::None, ..s }, 600));
+        }
+    }
+    for (name, lamp) in [("sponza.glb", sun), ("sibenik.glb", lamp), ("dragon.glb", sun)] {
+        if let Some(path) = scene_file(name) {
+            let s = Scene::open(path.to_str().unwrap()).unwrap();
+            all.push((Scene { lights: vec![lamp], environment: Environment::None, ..s }, 400));
         }
     }
     all

@@ -82,7 +82,7 @@ pub(super) fn run(a: &RenderArguments, (first, last): (u32, u32)) -> Result<(), 
     let (scene, _) = a.scene.open_at(moment(first).seconds, 0.0, &mut session.kept)?;
     if last > first {
         let (next, _) = a.scene.open_at(moment(first + 1).seconds, 0.0, &mut session.kept)?;
-        session.moving = next.triangles != scene.triangles || next.lights != scene.lights;
+        session.moving = super::explained::Motion::between(&scene, &next).any();
     }
     let (part, parts) = a.shard.unwrap_or((1, 1));
     let mine: Vec<u32> = (first..=last).filter(|frame| (frame - first) % parts == part - 1).collect();

@@ -210,18 +210,21 @@ pub(crate) fn run(a: &RenderArguments) -> Result<(), Failure> {
 
 /// Prints the plan of a picture, and what follows from it.
 pub(crate) fn explain(a: &RenderArguments) -> Result<(), Failure> {
-    let (scene, view) = a.scene.open()?;
-    let (technique, reason) = chosen(a, &scene, a.frames.is_some());
+    let mut kept = Kept::default();
+    let (scene, view) = a.scene.open_at(0.0, 0.0, &mut kept)?;
+    let (next, _) = a.scene.open_at(1.0 / 25.0, 0.0, &mut kept)?;
+    let motion = explained::Motion::between(&scene, &next);
+    let (technique, reason) = chosen(a, &scene, a.frames.is_some() && motion.any());
     check_request(a, technique)?;
     let request = passes::request(a, technique, &view)?;
     let tree = build_tree(&scene)?;
     let plan = Plan::new(&scene, &request).map_err(|e| Failure::Request(e.to_string()))?;
     let costs = crate::renderer::costs(&scene, &tree, &plan)?;
     if a.json {
-        return print_out(&format!("{}\n", explained::json(&scene, &plan, &costs, reason)));
+        return print_out(&format!("{}\n", explained::json(&scene, motion, &plan, &costs, reason)));
     }
     let auto = reason.map_or_else(String::new, |why| format!("auto chose {}: {why}\n", name(technique)));
-    print_out(&format!("{auto}{}\n{}{}", explained::census(&scene), plan.text(), costs.text()))
+    print_out(&format!("{auto}{}\n{}{}", explained::census(&scene, motion), plan.text(), costs.text()))
 }
 
 /// What frames share.
