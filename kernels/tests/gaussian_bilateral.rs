@@ -121,3 +121,21 @@ fn visibility_is_shared_symmetrically_and_with_oneself() {
     assert_eq!(mean_or_zero(Vec3::ONE, 2.0), Vec3::splat(0.5));
     assert!((gaussian_falloff(1.0, 1.0) - (-0.5f32).exp()).abs() < 1e-7);
 }
+
+#[test]
+fn planes_are_told_by_the_angle_over_them() {
+    let mut draw = Draw::new(91);
+    for _ in 0..20_000 {
+        let normal = unit(&mut draw);
+        let across = normal.any_orthonormal_vector();
+        let (angle, scale) = (draw.uniform(0.0, 0.4), draw.log_uniform(1e-6, 1e6));
+        let apart = (across * angle.cos() + normal * angle.sin()) * scale;
+        let right = (1.0 - 16.0 * f64::from(angle).sin().powi(2)).max(0.0);
+        let got = f64::from(plane_similarity(apart, normal));
+        assert!((got - right).abs() < 1e-5, "{angle} at {scale}: {got} for {right}");
+        // Planted fault: a scale in metres instead of an angle would depend on the unit.
+        assert_eq!(plane_similarity(apart * 4.0, normal), plane_similarity(apart, normal));
+    }
+    assert_eq!(plane_similarity(Vec3::ZERO, Vec3::Y), 1.0, "a point and itself");
+    assert_eq!(plane_similarity(Vec3::Y, Vec3::Y), 0.0);
+}

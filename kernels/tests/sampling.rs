@@ -406,3 +406,23 @@ fn normalize_gives_unit_length_from_1e_38_to_1e38() {
     let naive = |v: Vec3| v / v.dot(v).sqrt();
     assert!(!naive(Vec3::splat(1e-30)).is_finite() && naive(Vec3::splat(1e30)).length() < 0.5);
 }
+
+#[test]
+fn any_four_by_four_pixels_turn_all_ways() {
+    use twinlight_kernels::sampling::interleaved::interleaved_turn;
+    for (x0, y0) in [(0, 0), (1, 0), (3, 2), (1022, 4095)] {
+        let turns: HashSet<u32> =
+            (0..16).map(|k| (interleaved_turn(x0 + k % 4, y0 + k / 4) * 16.0) as u32).collect();
+        assert_eq!(turns, (0..16).collect(), "from {x0}, {y0}");
+        // Neighbours are at least a quarter of a turn apart, either way round.
+        let apart = |a: f32, b: f32| (a - b).abs().min(1.0 - (a - b).abs());
+        let own = interleaved_turn(x0, y0);
+        assert!(
+            apart(own, interleaved_turn(x0 + 1, y0)) >= 0.25
+                && apart(own, interleaved_turn(x0, y0 + 1)) >= 0.25
+        );
+        // Planted fault: rows that are alike have four ways only.
+        let alike: HashSet<u32> = (0..16).map(|k| (interleaved_turn(x0 + k % 4, y0) * 16.0) as u32).collect();
+        assert_eq!(alike.len(), 4);
+    }
+}

@@ -101,17 +101,22 @@ impl<B: Backend> Kept<B> {
     ) -> Result<(Rendered, Counts), BackendError> {
         self.begin(plan);
         let (view, job) = (&plan.view, &plan.job);
-        if self.proxies.is_none() {
-            backend.set_stage("voxelisation");
-            let discs = settings.visibility == Visibility::Proxies;
-            self.proxies = Some(Proxies::build(backend, world, settings, job.seed, discs)?);
-        }
-        if let (Some(proxies), None) = (&self.proxies, &self.lit) {
-            backend.set_stage("lighting");
-            let mut seen = Inspection::new(job, view.width, view.height);
-            self.lit = Some(Lit::light(backend, world, proxies, settings, job, &mut seen)?);
-        }
-        let (Some(proxies), Some(lit)) = (&self.proxies, &self.lit) else { return Err(impossible()) };
+        let proxies = match &mut self.proxies {
+            Some(proxies) => proxies,
+            none => {
+                backend.set_stage("voxelisation");
+                let discs = settings.visibility == Visibility::Proxies;
+                none.insert(Proxies::build(backend, world, settings, job.seed, discs)?)
+            }
+        };
+        let lit = match &mut self.lit {
+            Some(lit) => lit,
+            none => {
+                backend.set_stage("lighting");
+                let mut seen = Inspection::new(job, view.width, view.height);
+                none.insert(Lit::light(backend, world, proxies, settings, job, &mut seen)?)
+            }
+        };
         let known = self.lists.take().filter(|(of, _)| of == view).map(|(_, lists)| lists);
         let (rendered, counts, lists) =
             visibility_filter::render_lit(backend, world, (proxies, lit), known, view, job, settings)?;
@@ -131,19 +136,20 @@ impl<B: Backend> Kept<B> {
         let reusable = |f: &Fixed<B>| {
             f.bounds == world.bounds && f.moving.start <= moved.start && moved.end <= f.moving.end
         };
-        if !self.fixed.as_ref().is_some_and(reusable) {
-            let still = if moved.start == 0 { moved.end..all } else { 0..moved.start };
-            let one_piece = moved.start == 0 || moved.end == all;
-            if !one_piece || still.len() < moved.len() {
-                return Pyramid::build(backend, world, settings);
+        let fixed = match self.fixed.take().filter(reusable) {
+            Some(fixed) => fixed,
+            None => {
+                let still = if moved.start == 0 { moved.end..all } else { 0..moved.start };
+                let one_piece = moved.start == 0 || moved.end == all;
+                if !one_piece || still.len() < moved.len() {
+                    return Pyramid::build(backend, world, settings);
+                }
+                let pyramid = Pyramid::build_part(backend, world, settings, &world.bounds, still)?;
+                Fixed { pyramid, moving: moved, bounds: world.bounds }
             }
-            let pyramid = Pyramid::build_part(backend, world, settings, &world.bounds, still)?;
-            self.fixed = Some(Fixed { pyramid, moving: moved, bounds: world.bounds });
-        }
-        match &self.fixed {
-            Some(fixed) => fixed.pyramid.with_moving(backend, world, fixed.moving.clone()),
-            None => Err(impossible()),
-        }
+        };
+        let fixed = self.fixed.insert(fixed);
+        fixed.pyramid.with_moving(backend, world, fixed.moving.clone())
     }
 
     pub(super) fn voxel_cones(
@@ -155,27 +161,23 @@ impl<B: Backend> Kept<B> {
     ) -> Result<(Rendered, Counts), BackendError> {
         self.begin(plan);
         let (view, job) = (&plan.view, &plan.job);
-        if self.pyramid.is_none() {
-            backend.set_stage("voxelisation");
-            self.pyramid = Some(self.build_pyramid(backend, world, settings)?);
-        }
-        let Some(pyramid) = &self.pyramid else { return Err(impossible()) };
-        let mut counts = voxel_cones::Counts {
-            leaves: pyramid.params.leaves,
-            voxels: pyramid.voxels(),
-            lit: 0,
-            bytes: pyramid.bytes(),
+        let pyramid = match self.pyramid.take() {
+            Some(pyramid) => pyramid,
+            None => {
+                backend.set_stage("voxelisation");
+                self.build_pyramid(backend, world, settings)?
+            }
         };
+        let pyramid = self.pyramid.insert(pyramid);
         if settings.occlusion {
             let rendered = voxel_cones::render_openness(backend, world, pyramid, view, job, settings)?;
-            return Ok((rendered, Counts::VoxelCones(counts)));
+            return Ok((rendered, Counts::VoxelCones(voxel_cones::Counts::of(pyramid, None))));
         }
-        if self.lighting.is_none() {
-            self.lighting = Some(Lighting::new(backend, world, pyramid, settings)?);
-        }
-        let Some(lighting) = &self.lighting else { return Err(impossible()) };
-        let (lit, bytes) = lighting.size();
-        (counts.lit, counts.bytes) = (lit, counts.bytes + bytes);
+        let lighting = match &mut self.lighting {
+            Some(lighting) => lighting,
+            none => none.insert(Lighting::new(backend, world, pyramid, settings)?),
+        };
+        let counts = voxel_cones::Counts::of(pyramid, Some(lighting));
         let rendered = voxel_cones::render_lit(backend, world, pyramid, lighting, view, job, settings)?;
         Ok((rendered, Counts::VoxelCones(counts)))
     }
@@ -188,30 +190,27 @@ impl<B: Backend> Kept<B> {
         settings: &LayeredRsm,
     ) -> Result<(Rendered, Counts), BackendError> {
         self.begin(plan);
-        if self.voxels.is_none() {
-            backend.set_stage("voxelisation");
-            self.voxels = Some(BinaryVoxels::build(backend, world, settings)?);
-        }
-        if self.maps.is_none() {
-            backend.set_stage("maps");
-            self.maps = Some(if plan.gathers() {
-                Maps::build(backend, world, settings)?
-            } else {
-                Maps { groups: Vec::new(), radiance_scale: 1.0 }
-            });
-        }
-        let (Some(voxels), Some(maps)) = (&self.voxels, &self.maps) else { return Err(impossible()) };
+        let voxels = match &mut self.voxels {
+            Some(voxels) => voxels,
+            none => {
+                backend.set_stage("voxelisation");
+                none.insert(BinaryVoxels::build(backend, world, settings)?)
+            }
+        };
+        let maps = match &mut self.maps {
+            Some(maps) => maps,
+            none => {
+                backend.set_stage("maps");
+                none.insert(if plan.gathers() {
+                    Maps::build(backend, world, settings)?
+                } else {
+                    Maps { groups: Vec::new(), radiance_scale: 1.0 }
+                })
+            }
+        };
         let counts = layered_rsm::Counts::of(voxels, maps, settings);
         let (view, job) = (&plan.view, &plan.job);
         let rendered = layered_rsm::render_lit(backend, world, voxels, maps, view, job, settings)?;
         Ok((rendered, Counts::LayeredRsm(counts)))
     }
-}
-
-/// For what was made just before.
-fn impossible() -> BackendError {
-    BackendError::Settings(crate::error::SettingsError {
-        knob: "plan",
-        reason: "a structure is missing".into(),
-    })
 }

@@ -9,6 +9,7 @@ mod lobes;
 mod moving;
 mod pictures;
 mod structure;
+mod turned;
 
 use support::tree;
 use twinlight::backend::{Backend, Cpu};

@@ -50,6 +50,19 @@ pub fn normal_similarity(a: Vec3, b: Vec3) -> f32 {
     powi(saturate(dot(a, b)), 32)
 }
 
+/// How fast a neighbour off the tangent plane stops to count.
+const OFF_PLANE: f32 = 16.0;
+
+/// Returns how much a point belongs to the tangent plane of another: 1 − 16 sin² of the angle under which it stands over the plane, 0
+/// from 14.5° on; 1 for the point itself.
+///
+/// `apart` leads from one to the other, in any unit of which its square is between 1e-30 and 1e30; the normal is a unit vector.
+#[inline]
+pub fn plane_similarity(apart: Vec3, normal: Vec3) -> f32 {
+    let off = dot(apart, normal);
+    saturate(1.0 - div(OFF_PLANE * (off * off), max(dot(apart, apart), 1.0e-30)))
+}
+
 /// Returns the four weights with which coarse samples make up a pixel: bilinear × depth × normal, summing to 1.
 ///
 /// Where nothing matches, the sample of nearest depth (of lowest index among equals) gets weight 1 and the others 0;

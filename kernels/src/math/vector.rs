@@ -11,6 +11,17 @@ pub fn dot(a: Vec3, b: Vec3) -> f32 {
     (a.x * b.x + a.y * b.y) + a.z * b.z
 }
 
+/// Weighted sums of light below this count as none: their terms may be below 2⁻¹²⁶, and devices flush those or do not.
+const FAINT: f32 = 1.0e-28;
+
+/// Returns `v` with 0 for components below 1e-28: what is left of a weighted sum is the same whether its terms below 2⁻¹²⁶ were
+/// flushed or not, but for a tie once in thousands near the limit.
+#[inline]
+pub fn without_faint(v: Vec4) -> Vec4 {
+    let kept = |x: f32| if abs(x) < FAINT { 0.0 } else { x };
+    Vec4::new(kept(v.x), kept(v.y), kept(v.z), kept(v.w))
+}
+
 /// Returns a × b, each component one difference of two products: exactly antisymmetric.
 #[inline]
 pub fn cross(a: Vec3, b: Vec3) -> Vec3 {

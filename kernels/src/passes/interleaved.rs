@@ -2,11 +2,10 @@
 //! neighbourhood has all of them (interleaved sampling with a discontinuity buffer).
 
 use super::surface::Surface;
-use super::upsample::without_faint;
-use crate::gaussian::normal_similarity;
+use crate::gaussian::{normal_similarity, plane_similarity};
 use crate::geometry::bvh::NO_TRIANGLE;
-use crate::math::{div, dot, max, saturate};
-use glam::{Vec3, Vec4};
+use crate::math::{div, max, without_faint};
+use glam::Vec4;
 
 gpu_struct! {
     /// Parameters of [`filter_interleaved`].
@@ -22,24 +21,8 @@ gpu_struct! {
     }
 }
 
-/// How fast a neighbour off the pixel's tangent plane stops to count: none does from asin ¼ on, 14°.
-const OFF_PLANE: f32 = 16.0;
 /// Neighbours that weigh less do not count.
 const LEAST_WEIGHT: f32 = 1.0e-4;
-
-/// Returns the part of a turn, of sixteenths, by which pixel `index` turns its directions; 0 for all if `columns` is 0.
-///
-/// The order is Bayer's: neighbours are far from each other.
-#[inline]
-pub fn interleaved_turn(index: u32, columns: u32) -> f32 {
-    if columns == 0 {
-        return 0.0;
-    }
-    let (x, y) = (index % columns, index / columns);
-    let z = x ^ y;
-    let order = ((z & 1) << 3) | ((y & 1) << 2) | (z & 2) | ((y & 2) >> 1);
-    order as f32 * 0.0625
-}
 
 /// Returns the mean of `values` around pixel `index`, over neighbours of about the same plane: 5 × 5 with half weights at the border,
 /// in which each of the 16 turns counts alike.
@@ -54,14 +37,15 @@ pub fn filter_interleaved(
     if s.triangle == NO_TRIANGLE {
         return Vec4::ZERO;
     }
-    let (x, y) = (index % params.columns, index / params.columns);
+    let columns = if params.columns == 0 { 1 } else { params.columns };
+    let (x, y) = (index % columns, index / columns);
     let mut sum = Vec4::ZERO;
     let mut whole = 0.0;
     for k in 0..25 {
         // Counted from two before the pixel, so that nothing is below 0.
         let (i, j) = (x + k % 5, y + k / 5);
-        if i >= 2 && j >= 2 && i - 2 < params.columns && j - 2 < params.rows {
-            let at = ((j - 2) * params.columns + (i - 2)) as usize;
+        if i >= 2 && j >= 2 && i - 2 < columns && j - 2 < params.rows {
+            let at = ((j - 2) * columns + (i - 2)) as usize;
             let other = &surfaces[at];
             if other.triangle != NO_TRIANGLE {
                 let weight = border(k % 5) * border(k / 5) * alike(s, other);
@@ -85,9 +69,6 @@ fn border(k: u32) -> f32 {
 /// How much of one plane two surfaces are, in [0, 1].
 #[inline]
 fn alike(s: &Surface, other: &Surface) -> f32 {
-    let normal = s.normal.truncate();
-    let apart: Vec3 = other.position.truncate() - s.position.truncate();
-    let off = dot(apart, normal);
-    let share = div(OFF_PLANE * (off * off), max(dot(apart, apart), 1.0e-30));
-    saturate(1.0 - share) * normal_similarity(normal, other.normal.truncate())
+    let (normal, apart) = (s.normal.truncate(), other.position.truncate() - s.position.truncate());
+    plane_similarity(apart, normal) * normal_similarity(normal, other.normal.truncate())
 }

@@ -3,7 +3,7 @@
 use super::surface::Surface;
 use crate::gaussian::{CoarseSamples, upsampling_weights};
 use crate::geometry::bvh::NO_TRIANGLE;
-use crate::math::{abs, floor, min_u32, saturate, to_u32};
+use crate::math::{floor, min_u32, saturate, to_u32, without_faint};
 use glam::{Vec3, Vec4};
 
 gpu_struct! {
@@ -96,13 +96,3 @@ pub fn upsample(
     }
     without_faint(sum)
 }
-
-/// `light` without what is so faint that parts of it may have been flushed to 0 on the way, and may not.
-#[inline]
-pub(super) fn without_faint(light: Vec4) -> Vec4 {
-    let kept = |x: f32| if abs(x) < FAINT { 0.0 } else { x };
-    Vec4::new(kept(light.x), kept(light.y), kept(light.z), kept(light.w))
-}
-
-/// Sums from here on do not change by a term below 2⁻¹²⁶.
-const FAINT: f32 = 1.0e-28;

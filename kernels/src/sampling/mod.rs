@@ -4,5 +4,6 @@ pub mod attenuation;
 pub mod halton;
 pub mod hash;
 pub mod hemisphere;
+pub mod interleaved;
 pub mod roulette;
 pub mod voxel_hash;

@@ -62,6 +62,12 @@ pub(super) fn run(a: &RenderArguments, (first, last): (u32, u32)) -> Result<(), 
     if a.against.is_some() {
         return Err(Failure::Request("--against: for one picture; leave out --frames".into()));
     }
+    if a.budget.is_some() {
+        return Err(Failure::Request(
+            "--budget: trials differ from run to run, and frames would too; find the effects with one picture and give --effects"
+                .into(),
+        ));
+    }
     if a.json {
         return Err(Failure::Request("--json: for one picture; leave out --frames".into()));
     }

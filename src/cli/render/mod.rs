@@ -210,6 +210,11 @@ pub(crate) fn run(a: &RenderArguments) -> Result<(), Failure> {
 
 /// Prints the plan of a picture, and what follows from it.
 pub(crate) fn explain(a: &RenderArguments) -> Result<(), Failure> {
+    if a.budget.is_some() {
+        return Err(Failure::Request(
+            "--budget: it takes trials, and explain renders nothing; leave it out".into(),
+        ));
+    }
     let mut kept = Kept::default();
     let (scene, view) = a.scene.open_at(0.0, 0.0, &mut kept)?;
     let (next, _) = a.scene.open_at(1.0 / 25.0, 0.0, &mut kept)?;
@@ -308,6 +313,11 @@ fn check_request(a: &RenderArguments, technique: Technique) -> Result<(), Failur
     if technique == Technique::AmbientOcclusion && a.only != Only::All {
         return Err(Failure::Request(
             "--only: ambient occlusion is not light; leave it out or choose another technique".into(),
+        ));
+    }
+    if technique == Technique::Reference && (a.effects.is_some() || a.quality > 0.0 || a.budget.is_some()) {
+        return Err(Failure::Request(
+            "--effects, --quality and --budget do nothing for --technique reference; leave them out".into(),
         ));
     }
     if technique == Technique::Reference && a.machine == Machine::Gpu {

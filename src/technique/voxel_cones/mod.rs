@@ -51,6 +51,14 @@ pub struct Counts {
     pub bytes: u64,
 }
 
+impl Counts {
+    pub(crate) fn of<B: Backend>(pyramid: &Pyramid<B>, lighting: Option<&Lighting<B>>) -> Self {
+        let (lit, bytes) = lighting.map_or((0, 0), Lighting::size);
+        let (leaves, voxels) = (pyramid.params.leaves, pyramid.voxels());
+        Self { leaves, voxels, lit, bytes: pyramid.bytes() + bytes }
+    }
+}
+
 /// Renders direct light and indirect light by cones, or openness.
 ///
 /// # Errors
@@ -70,15 +78,13 @@ pub fn render<B: Backend>(
     }
     backend.set_stage("voxelisation");
     let pyramid = Pyramid::build(backend, world, settings)?;
-    let mut counts =
-        Counts { leaves: pyramid.params.leaves, voxels: pyramid.voxels(), lit: 0, bytes: pyramid.bytes() };
     if settings.occlusion {
-        return Ok((render_openness(backend, world, &pyramid, view, job, settings)?, counts));
+        let rendered = render_openness(backend, world, &pyramid, view, job, settings)?;
+        return Ok((rendered, Counts::of(&pyramid, None)));
     }
     let lighting = Lighting::new(backend, world, &pyramid, settings)?;
-    let (lit, bytes) = lighting.size();
-    (counts.lit, counts.bytes) = (lit, counts.bytes + bytes);
-    Ok((render_lit(backend, world, &pyramid, &lighting, view, job, settings)?, counts))
+    let rendered = render_lit(backend, world, &pyramid, &lighting, view, job, settings)?;
+    Ok((rendered, Counts::of(&pyramid, Some(&lighting))))
 }
 
 /// Renders with voxels and light of an earlier picture: nothing is voxelised or injected.

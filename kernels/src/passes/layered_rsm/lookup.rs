@@ -148,7 +148,8 @@ pub fn reflected_at(map: &LayeredMap, layers: &[u32], position: Vec3, direction:
     let texel = max(at.texel * narrowing(map, at.point), 1.0e-18);
     let level = clamp(mip_level(div(width * map.footprint, texel), levels), map.least_level, levels);
     // A sample is no finer than the texels that are looked up: what these have beside it is their own surface, no shadow.
-    let width = max(width, div(texel * exp2(level), map.footprint));
+    let published = map.flags & WEIGH_OPACITY != 0;
+    let width = if published { width } else { max(width, div(texel * exp2(level), map.footprint)) };
     let radius = 0.5 * width * map.window;
     let parallel = map.projection == PROJECT_PARALLEL;
     // A wide sample sees the mean of what falls off around the light: as if this were behind its surfaces by some of its
@@ -174,7 +175,7 @@ pub fn reflected_at(map: &LayeredMap, layers: &[u32], position: Vec3, direction:
             }
         }
     }
-    if map.flags & WEIGH_OPACITY != 0 {
+    if published {
         return light;
     }
     // Areas for each ray. What stands before the sample shadows as much of it as lies across its rays, turned anyhow.

@@ -79,18 +79,17 @@ fn fifths(code: u32) -> Vec3 {
     Vec3::new((code % 6) as f32, (code / 6 % 6) as f32, (code / 36) as f32) * 0.2
 }
 
+/// Three shares as a byte, in fifths, with what is added before rounding down.
+#[inline]
+fn pack_fifths(shares: Vec3, added: f32) -> u32 {
+    let part = |x: f32| to_u32(floor(min(max(x, 0.0), 1.0) * 5.0 + added));
+    part(shares.x) + 6 * part(shares.y) + 36 * part(shares.z)
+}
+
 /// Which share of rays along each axis is stopped, as a byte; halves are rounded down, for no fog is to stay of what fades.
 #[inline]
 pub fn pack_cover(cover: Vec3) -> u32 {
-    let part = |x: f32| to_u32(floor(min(max(x, 0.0), 1.0) * 5.0 + 0.499_9));
-    part(cover.x) + 6 * part(cover.y) + 36 * part(cover.z)
-}
-
-/// A place in [0, 1]³ as a byte, to the nearest fifths.
-#[inline]
-fn pack_place(place: Vec3) -> u32 {
-    let part = |x: f32| to_u32(floor(min(max(x, 0.0), 1.0) * 5.0 + 0.5));
-    part(place.x) + 6 * part(place.y) + 36 * part(place.z)
+    pack_fifths(cover, 0.499_9)
 }
 
 /// Returns what [`pack_cover`] packed, within a tenth; 0 and 1 are exact.
@@ -157,7 +156,7 @@ fn shrunk(params: &ShrinkParams, below: &[u32], point: UVec3) -> u32 {
         place += (Vec3::new(half.x as f32, half.y as f32, half.z as f32) + one.place) * (0.5 * weight);
         whole += weight;
     }
-    let place = if whole > 0.0 { pack_place(place * div(1.0, whole)) << 8 } else { 0 };
+    let place = if whole > 0.0 { pack_fifths(place * div(1.0, whole), 0.5) << 8 } else { 0 };
     if mean {
         return to_u32(floor(sum * (0.125 * 255.0) + 0.5)) | place;
     }

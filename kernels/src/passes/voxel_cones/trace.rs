@@ -9,10 +9,10 @@ use crate::geometry::bvh::NO_TRIANGLE;
 use crate::geometry::lattice::unpack_point;
 use crate::math::{PI, clamp, div, dot, floor, log2, max, min, normalize_or, sqrt, to_u32};
 use crate::passes::gather::{GatherParams, environment_radiance};
-use crate::passes::interleaved::interleaved_turn;
 use crate::passes::material::mirror_direction;
 use crate::passes::surface::Surface;
 use crate::sampling::hemisphere::{cone, to_world};
+use crate::sampling::interleaved::interleaved_turn;
 use glam::{UVec4, Vec3, Vec4};
 
 /// [`ConeParams::flags`]: the environment lights what cones miss.
@@ -96,6 +96,12 @@ fn hemisphere_cone(params: &ConeParams, origin: Vec3, normal: Vec3, number: u32,
     (Ray { origin, direction, normal, tangent, reach: params.reach }, own.weight)
 }
 
+/// The turn of pixel `index` in rows of `columns`; none of all where that is 0.
+#[inline]
+fn pixel_turn(index: u32, columns: u32) -> f32 {
+    if columns == 0 { 0.0 } else { interleaved_turn(index % columns, index / columns) }
+}
+
 /// The medium that a pyramid's buffers are.
 #[inline]
 fn pyramid<'a>(
@@ -127,7 +133,7 @@ pub fn cone_openness(
     }
     let medium = pyramid(params, blocks, depths, places, radiance);
     let origin = on_lattice(params, s.position.truncate());
-    let turn = interleaved_turn(index, params.columns);
+    let turn = pixel_turn(index, params.columns);
     let mut sum = ConeSum::EMPTY;
     for number in 0..params.cones {
         let (ray, weight) = hemisphere_cone(params, origin, s.normal.truncate(), number, turn);
@@ -200,7 +206,7 @@ pub fn diffuse_through<M: Medium>(index: u32, surfaces: &[Surface], params: &Con
         return Vec4::ZERO;
     }
     let origin = on_lattice(params, s.position.truncate());
-    let turn = interleaved_turn(index, params.columns);
+    let turn = pixel_turn(index, params.columns);
     let mut sum = ConeSum::EMPTY;
     for number in 0..params.cones {
         let (ray, weight) = hemisphere_cone(params, origin, s.normal.truncate(), number, turn);
