@@ -33,6 +33,9 @@ use kept::Kept;
 use std::ops::Range;
 use twinlight_kernels::passes::elements::{Light, Material, Triangle};
 
+/// Pixels of a picture that is kept for the case that nothing changes, at most: 400 MB.
+const MAX_KEPT: u64 = 1 << 25;
+
 /// How much there was to do, of the technique that ran.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Counts {
@@ -145,7 +148,9 @@ impl<B: Backend> Renderer<B> {
         self.backend.set_stage("");
         let (rendered, counts) = self.draw(plan, looks)?;
         let frame = Frame { rendered, counts };
-        self.last = Some((plan.clone(), frame.clone()));
+        if u64::from(plan.view.pixels()) <= MAX_KEPT {
+            self.last = Some((plan.clone(), frame.clone()));
+        }
         Ok(frame)
     }
 
@@ -199,13 +204,15 @@ impl<B: Backend> Renderer<B> {
         let rebuild = moved.is_some() || masks(&self.scene) != masks(&scene);
         let lights = self.scene.lights != scene.lights;
         let environment = self.scene.environment != scene.environment;
+        // A scene that cannot be used leaves the one before as it is.
+        let tree = if rebuild { Some(Bvh::build(&scene.triangles, &scene.materials)?) } else { None };
         if self.scene.proxies != scene.proxies {
             self.last = None;
             changes.push(Change::Meshes);
         }
         self.scene = scene;
-        if rebuild {
-            self.tree = Bvh::build(&self.scene.triangles, &self.scene.materials)?;
+        if let Some(tree) = tree {
+            self.tree = tree;
             self.world.set_triangles(&mut self.backend, &self.scene, &self.tree)?;
         }
         if let Some(range) = moved {

@@ -81,25 +81,27 @@ fn own(effect: Effect) -> (&'static [&'static str], &'static [&'static str]) {
         ),
         Effect::FurtherBounces => (&["add_bounce"], &[]),
         Effect::ProxyShadows => (&["accumulate_occlusion"], &[]),
-        Effect::ProxyBounce => (&["accumulate_indirect"], &["exact operator"]),
+        Effect::ProxyBounce => {
+            (&["accumulate_indirect", "combine_soft"], &["exact operator", "reflected light"])
+        }
         Effect::Occlusion => (&["cone_openness"], &[]),
     }
 }
 
 /// Whether something else that is called for needs what mostly belongs to an effect.
-fn shared(effect: Effect, pass: &str, plan: &Plan) -> bool {
+fn shared(effect: Effect, plan: &Plan) -> bool {
     let soft_gi = matches!(plan.technique, Technique::SoftGi(_));
     let filter = matches!(plan.technique, Technique::VisibilityFilter(_));
     match effect {
-        // Proxies are lit, and an emissive leaf's light is spread as a bounce.
-        Effect::Lights => filter && plan.gathers() || pass == "shade_diffuse",
+        // Proxies are lit too.
+        Effect::Lights => filter && plan.gathers(),
         // The surroundings stay behind what soft-gi lights; there proxies are lit too.
         Effect::Environment => {
             soft_gi && (plan.calls(Effect::ProxyShadows) || plan.calls(Effect::ProxyBounce))
         }
+        // Their light is spread over voxels as a bounce is.
         Effect::FurtherBounces => plan.calls(Effect::Emission) || plan.calls(Effect::Environment),
-        Effect::Bounce => false,
-        // Receivers alone, without proxies' light, have the same passes.
+        // What hides a part of a proxy's light is told by what they shadow.
         Effect::ProxyShadows => plan.calls(Effect::ProxyBounce),
         _ => false,
     }
@@ -128,11 +130,16 @@ fn what_is_planned_is_what_runs() {
                 for effect in Effect::ALL.into_iter().filter(|&e| !plan.calls(e)) {
                     let (passes, buffers) = own(effect);
                     for p in &on_cpu.passes {
-                        let for_it = passes.contains(&p.1) && !shared(effect, p.1, &plan);
+                        let for_it = passes.contains(&p.1) && !shared(effect, &plan);
                         assert!(!for_it, "{what}: {} ran without {}", p.1, effect.name());
                     }
+                    let stand_ins = ["no gloss", "lobe coverage"];
                     for b in &on_cpu.buffers {
-                        let for_it = buffers.contains(&b.label.as_str()) && !shared(effect, "", &plan);
+                        // What must be bound and is not read has one element.
+                        let bare =
+                            !plan.calls(Effect::SpecularBounce) && stand_ins.contains(&b.label.as_str());
+                        assert!(!bare || b.bytes <= 16, "{what}: {b:?}");
+                        let for_it = buffers.contains(&b.label.as_str()) && !shared(effect, &plan);
                         assert!(!for_it, "{what}: {b:?} without {}", effect.name());
                     }
                 }

@@ -198,42 +198,63 @@ fn gather<B: Backend>(
     let mut shadowed = backend.alloc("shadowed light", count as usize)?;
     backend.shade_shadowed(&params, &g.surfaces, &occlusion, &light, &mut shadowed, count)?;
     seen.check(backend, "shadowed light", &shadowed)?;
-    let mut reflected = backend.alloc("reflected light", count as usize)?;
+    if seen.wants("shadowed") {
+        let past = backend.read_result(&shadowed)?;
+        keep(seen, "shadowed", &|i| past[i].truncate());
+    }
+    let mut diffuse = shadowed;
     if params.parts & soft_gi::REFLECTED != 0 {
         backend.set_stage("indirect");
-        let irradiance = backend.upload("irradiance", &surroundings.irradiance())?;
-        let exact = settings.operator == Operator::Exact;
-        let table = if exact { exact_operator_table(ENTRIES as usize) } else { vec![0.0] };
-        params.operator_entries = if exact { ENTRIES } else { 0 };
-        let table = backend.upload("exact operator", &table)?;
-        backend.accumulate_indirect(
-            &params,
-            &g.surfaces,
-            &proxies,
-            &tiles.starts,
-            &tiles.counts,
-            &tiles.lists,
-            &irradiance,
-            &table,
-            &mut reflected,
-            count,
-        )?;
-        seen.check(backend, "reflected light", &reflected)?;
-    }
-    let mut diffuse = backend.alloc("diffuse light", count as usize)?;
-    backend.combine_soft(&params, &shadowed, &reflected, &mut diffuse, count)?;
-    if ["shadowed", "indirect", "xi"].iter().any(|name| seen.wants(name)) {
-        let past = backend.read_result(&shadowed)?;
-        let sent: Vec<Vec4> = backend.read_result(&reflected)?;
-        let share = |i: usize| soft_gi::shade::overlap_share(past[i].w, sent[i].w);
-        keep(seen, "shadowed", &|i| past[i].truncate());
-        keep(seen, "indirect", &|i| sent[i].truncate().max(Vec3::ZERO) * share(i) / std::f32::consts::PI);
-        keep(seen, "xi", &|i| Vec3::splat(share(i)));
+        let reflected = reflected(backend, surroundings, &mut params, &g, &proxies, &tiles, settings, seen)?;
+        let mut both = backend.alloc("diffuse light", count as usize)?;
+        backend.combine_soft(&params, &diffuse, &reflected, &mut both, count)?;
+        if seen.wants("indirect") || seen.wants("xi") {
+            let past = backend.read_result(&diffuse)?;
+            let sent: Vec<Vec4> = backend.read_result(&reflected)?;
+            let share = |i: usize| soft_gi::shade::overlap_share(past[i].w, sent[i].w);
+            keep(seen, "indirect", &|i| sent[i].truncate().max(Vec3::ZERO) * share(i) / std::f32::consts::PI);
+            keep(seen, "xi", &|i| Vec3::splat(share(i)));
+        }
+        diffuse = both;
     }
     let counts =
         Counts { proxies: params.proxies, pairs, receivers: count, shadow_reach: params.shadow_reach };
     let gathered = Gathered { width, height, seen: g, diffuse, specular: None };
     Ok((gathered, counts))
+}
+
+/// What proxies reflect to each receiver.
+fn reflected<B: Backend>(
+    backend: &mut B,
+    surroundings: &Surroundings,
+    params: &mut SoftParams,
+    g: &GBuffer<B>,
+    proxies: &B::Buffer<SphereProxy>,
+    tiles: &Tiles<B>,
+    settings: &SoftGi,
+    seen: &mut Inspection<'_>,
+) -> Result<B::Buffer<Vec4>, BackendError> {
+    let count = g.count();
+    let irradiance = backend.upload("irradiance", &surroundings.irradiance())?;
+    let exact = settings.operator == Operator::Exact;
+    let table = if exact { exact_operator_table(ENTRIES as usize) } else { vec![0.0] };
+    params.operator_entries = if exact { ENTRIES } else { 0 };
+    let table = backend.upload("exact operator", &table)?;
+    let mut reflected = backend.alloc("reflected light", count as usize)?;
+    backend.accumulate_indirect(
+        params,
+        &g.surfaces,
+        proxies,
+        &tiles.starts,
+        &tiles.counts,
+        &tiles.lists,
+        &irradiance,
+        &table,
+        &mut reflected,
+        count,
+    )?;
+    seen.check(backend, "reflected light", &reflected)?;
+    Ok(reflected)
 }
 
 /// Pairs of receivers and the proxies of their tiles.
