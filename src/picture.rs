@@ -88,6 +88,20 @@ impl Picture {
         (sum / self.pixels.len().max(1) as f64).as_vec3()
     }
 
+    /// Blocks of `side` × `side` pixels averaged; what is left over at the right and below counts for no block.
+    pub fn averaged(&self, side: u32) -> Self {
+        let side = side.max(1);
+        let mut small = Self::new(self.width / side, self.height / side);
+        let scale = 1.0 / (side * side) as f32;
+        for y in 0..small.height * side {
+            for x in 0..small.width * side {
+                let pixel = self.pixels[(y * self.width + x) as usize];
+                small.pixels[(y / side * small.width + x / side) as usize] += pixel * scale;
+            }
+        }
+        small
+    }
+
     /// Writes the picture: `.exr` as it is, `.png` times 2^`exposure`, clipped, sRGB.
     pub fn save(&self, path: &Path, exposure: f32) -> Result<(), OutputError> {
         let bytes = match Format::of(path)? {
@@ -100,11 +114,21 @@ impl Picture {
     }
 
     fn png(&self, exposure: f32) -> Result<Vec<u8>, image::ImageError> {
+        encode(self.bytes(exposure).into(), image::ImageFormat::Png)
+    }
+
+    /// The bytes of a `.jpg` to look at: times 2^`exposure`, clipped, sRGB.
+    ///
+    /// # Errors
+    /// A picture without pixels.
+    pub fn jpeg(&self, exposure: f32) -> Result<Vec<u8>, image::ImageError> {
+        encode(self.bytes(exposure).into(), image::ImageFormat::Jpeg)
+    }
+
+    fn bytes(&self, exposure: f32) -> image::RgbImage {
         let scale = exposure.exp2();
         let data = self.pixels.iter().flat_map(|p| p.to_array().map(|c| srgb_byte(c * scale))).collect();
-        let picture: image::RgbImage =
-            image::ImageBuffer::from_raw(self.width, self.height, data).unwrap_or_default();
-        encode(picture.into(), image::ImageFormat::Png)
+        image::ImageBuffer::from_raw(self.width, self.height, data).unwrap_or_default()
     }
 
     fn exr(&self) -> Result<Vec<u8>, image::ImageError> {

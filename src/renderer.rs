@@ -279,15 +279,15 @@ impl<B: Backend> Renderer<B> {
         self.update(scene).map(|_| ())
     }
 
-    /// Forgets all that earlier pictures left.
-    fn forget(&mut self) {
+    /// Forgets all that earlier pictures left: the next one is made from nothing.
+    pub fn forget(&mut self) {
         self.last = None;
         self.kept = Kept::default();
         self.world.keep_gbuffers();
     }
 
     /// As if something of this kind had changed, although nothing has.
-    fn touch(&mut self, change: Change) -> Result<(), BackendError> {
+    pub(crate) fn touch(&mut self, change: Change) -> Result<(), BackendError> {
         match change {
             Change::Nothing => return Ok(()),
             Change::Camera => {

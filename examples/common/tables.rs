@@ -70,17 +70,6 @@ pub fn subjects(only: Option<&str>) -> Result<Vec<Subject>> {
     Ok(all)
 }
 
-/// Averages blocks of pixels.
-fn averaged(picture: &Picture) -> Picture {
-    let step = SIDE / COARSE;
-    let mut small = Picture::new(COARSE, COARSE);
-    for (i, pixel) in picture.pixels.iter().enumerate() {
-        let (x, y) = (i as u32 % SIDE / step, i as u32 / SIDE / step);
-        small.pixels[(y * COARSE + x) as usize] += *pixel / (step * step) as f32;
-    }
-    small
-}
-
 /// The reference's indirect light for a subject; prints its mean and noise.
 pub fn reference(subject: &Subject, bounces: u32, samples: u32) -> Result<Picture> {
     let tree = Bvh::build(&subject.scene.triangles, &subject.scene.materials)?;
@@ -100,5 +89,5 @@ pub fn reference(subject: &Subject, bounces: u32, samples: u32) -> Result<Pictur
 
 /// The error of a picture, its blocks of pixels averaged.
 pub fn error(picture: &Picture, right: &Picture) -> Result<PictureError> {
-    Ok(picture_error(&averaged(picture), right).ok_or("sizes differ")?)
+    Ok(picture_error(&picture.averaged(SIDE / COARSE), right).ok_or("sizes differ")?)
 }

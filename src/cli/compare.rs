@@ -81,7 +81,7 @@ fn requests(a: &CompareArguments, view: &View) -> Vec<Request> {
     let direct = Job { light: LightPart::Direct, ..job.clone() };
     let soft_shadows = LayeredRsm { shadow_cones: true, ..a.knobs.layered_rsm() };
     let of = |technique, job: &Job| Request {
-        emissive: a.scene.emissive,
+        emissive: a.scene.look.emissive,
         ..Request::new(technique, *view, job.clone())
     };
     vec![

@@ -6,6 +6,7 @@ mod knobs;
 mod options;
 mod render;
 mod table;
+mod tradeoff;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -25,6 +26,8 @@ enum Command {
     Explain(Box<render::RenderArguments>),
     /// Run both backends and compare them pass by pass
     Compare(Box<compare::CompareArguments>),
+    /// Measure what accuracy costs in time: settings of all techniques, against the path tracer
+    Tradeoff(Box<tradeoff::TradeoffArguments>),
     /// List the GPU adapters, their limits, and whether they can run strict arithmetic
     Devices(devices::DevicesArguments),
 }
@@ -81,6 +84,7 @@ pub fn main() -> ExitCode {
         Command::Render(a) => render::run(&a),
         Command::Explain(a) => render::explain(&a),
         Command::Compare(a) => compare::run(&a),
+        Command::Tradeoff(a) => tradeoff::run(&a),
         Command::Devices(a) => devices::run(&a),
     };
     let (code, message) = match result {

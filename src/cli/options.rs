@@ -22,6 +22,13 @@ const MAX_PIXELS: u64 = 1 << 27;
 pub(crate) struct SceneOptions {
     /// A .glb or .gltf file, or cornell-box, cornell-glossy, spheres
     pub scene: String,
+    #[command(flatten)]
+    pub look: LookOptions,
+}
+
+/// How a scene is looked at and lit.
+#[derive(Args, Clone, Default, PartialEq, Debug)]
+pub(crate) struct LookOptions {
     /// Picture size in pixels
     #[arg(long, default_value = "512x512", value_name = "WxH", value_parser = parse_size)]
     pub size: (u32, u32),
@@ -121,6 +128,37 @@ pub(crate) fn parse_size(text: &str) -> Result<(u32, u32), String> {
     Ok((width, height))
 }
 
+impl LookOptions {
+    /// The same as words of a command line, without the size.
+    pub(crate) fn words(&self) -> Vec<String> {
+        let mut words = Vec::new();
+        let mut one = |name: &str, value: &Option<String>| {
+            words.extend(value.iter().map(|v| format!("--{name}={v}")));
+        };
+        one("eye", &self.eye);
+        one("target", &self.target);
+        one("up", &self.up);
+        one("fov", &self.fov.map(|x| x.to_string()));
+        one("sky", &self.sky);
+        one("daylight", &self.daylight);
+        one("environment", &self.environment.as_ref().map(|p| p.display().to_string()));
+        one("fit-spheres", &self.fit_spheres.map(|x| x.to_string()));
+        one("albedo", &self.albedo.map(|x| x.to_string()));
+        let many =
+            [("point", &self.point), ("spot", &self.spot), ("sun", &self.sun), ("sphere", &self.sphere)];
+        for (name, values) in many {
+            words.extend(values.iter().map(|v| format!("--{name}={v}")));
+        }
+        let flags = [
+            ("--no-scene-spheres", self.no_scene_spheres),
+            ("--no-scene-lights", self.no_scene_lights),
+            ("--emissive", self.emissive),
+        ];
+        words.extend(flags.into_iter().filter(|f| f.1).map(|f| f.0.to_owned()));
+        words
+    }
+}
+
 impl SceneOptions {
     /// Opens the scene with its lights as asked for, and its view.
     pub(crate) fn open(&self) -> Result<(Scene, View), Failure> {
@@ -137,35 +175,35 @@ impl SceneOptions {
         kept: &mut Kept,
     ) -> Result<(Scene, View), Failure> {
         let mut scene = Scene::open_at(&self.scene, seconds)?;
-        if self.no_scene_lights {
+        if self.look.no_scene_lights {
             scene.lights.clear();
             scene.environment = Environment::None;
         }
-        for text in &self.point {
+        for text in &self.look.point {
             scene.lights.push(parse_point(text)?);
         }
-        for text in &self.spot {
+        for text in &self.look.spot {
             scene.lights.push(parse_spot(text)?);
         }
-        for text in &self.sun {
+        for text in &self.look.sun {
             scene.lights.push(parse_sun(text)?);
         }
-        if let Some(text) = &self.sky {
+        if let Some(text) = &self.look.sky {
             scene.environment = parse_sky(text)?;
         }
-        if let Some(text) = &self.daylight {
+        if let Some(text) = &self.look.daylight {
             scene.environment = parse_daylight(text)?;
         }
-        if let Some(path) = &self.environment {
+        if let Some(path) = &self.look.environment {
             scene.environment = Environment::open(path)?;
         }
-        if let Some(albedo) = self.albedo {
+        if let Some(albedo) = self.look.albedo {
             override_albedo(&mut scene, albedo)?;
         }
         self.add_proxies(&mut scene, kept)?;
         let census = scene.census();
-        let lit = census.has_environment || (self.emissive && census.has_emission);
-        if scene.lights.is_empty() && !lit && !self.no_scene_lights {
+        let lit = census.has_environment || (self.look.emissive && census.has_emission);
+        if scene.lights.is_empty() && !lit && !self.look.no_scene_lights {
             scene.lights.push(*kept.light.get_or_insert_with(|| default_light(&scene.bounds())));
             scene.warnings.push("the scene has no lights: a default point light was added".into());
         }
@@ -174,16 +212,16 @@ impl SceneOptions {
     }
 
     fn add_proxies(&self, scene: &mut Scene, kept: &mut Kept) -> Result<(), Failure> {
-        if self.no_scene_spheres {
+        if self.look.no_scene_spheres {
             scene.proxies.clear();
         }
-        for text in &self.sphere {
+        for text in &self.look.sphere {
             let (centre, radius, albedo) = parse_sphere(text)?;
             scene.add_proxy(centre, radius, albedo);
         }
         if let Some(fitted) = &kept.fitted {
             scene.proxies.extend(fitted.in_pose(scene));
-        } else if let Some(count) = self.fit_spheres {
+        } else if let Some(count) = self.look.fit_spheres {
             let own = scene.proxies.len();
             let fit = scene.fit_proxies(count)?;
             kept.fitted = Some(Carried::new(scene, &scene.proxies[own..]));
@@ -199,18 +237,18 @@ impl SceneOptions {
     fn view(&self, scene: &Scene, degrees: f64, kept: &mut Kept) -> Result<View, Failure> {
         // A camera that frames the scene must not follow what moves in it.
         let mut camera = scene.camera.unwrap_or_else(|| *kept.camera.get_or_insert_with(|| scene.view()));
-        if let Some(text) = &self.eye {
+        if let Some(text) = &self.look.eye {
             camera.eye = parse_vector("--eye", text)?;
         }
-        if let Some(text) = &self.target {
+        if let Some(text) = &self.look.target {
             camera.target = parse_vector("--target", text)?;
-        } else if self.eye.is_some() {
+        } else if self.look.eye.is_some() {
             camera.target = *kept.target.get_or_insert_with(|| scene.bounds().centre());
         }
-        if let Some(text) = &self.up {
+        if let Some(text) = &self.look.up {
             camera.up = parse_vector("--up", text)?;
         }
-        if let Some(fov) = self.fov {
+        if let Some(fov) = self.look.fov {
             camera.fov = fov;
         }
         if degrees != 0.0 {
@@ -220,7 +258,7 @@ impl SceneOptions {
             let target = camera.target.as_dvec3();
             camera.eye = (target + turn * (camera.eye.as_dvec3() - target)).as_vec3();
         }
-        Ok(View::new(&camera, self.size.0, self.size.1)?)
+        Ok(View::new(&camera, self.look.size.0, self.look.size.1)?)
     }
 }
 

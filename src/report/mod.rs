@@ -2,3 +2,6 @@
 
 pub mod agreement;
 pub mod error;
+pub mod halves;
+pub mod machine;
+pub mod pareto;

@@ -7,14 +7,14 @@ mod passes;
 mod path_traced;
 
 use super::knobs::{Knobs, Of};
-use super::options::{BackendOptions, Kept, SceneOptions, build_tree};
+use super::options::{ArithmeticChoice, BackendOptions, Kept, SceneOptions, build_tree};
 use super::{Failure, print_out};
 use crate::picture::Picture;
-use crate::plan::{Change, Plan, choose};
+use crate::plan::{Change, Plan, Request, choose};
 use crate::scene::Scene;
 use crate::technique::reference::Bounces;
 use crate::technique::{ambient_occlusion, direct, layered_rsm, soft_gi, visibility_filter, voxel_cones};
-use clap::{Args, ValueEnum};
+use clap::{Args, Parser, ValueEnum};
 use output::{check_output, dump_path, note_error, open_reference, report, write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -23,7 +23,7 @@ use twinlight_kernels::passes::PassTiming;
 #[derive(Args, Clone)]
 pub(crate) struct RenderArguments {
     #[command(flatten)]
-    scene: SceneOptions,
+    pub(crate) scene: SceneOptions,
     #[command(flatten)]
     backend: BackendOptions,
     /// How light is computed
@@ -123,11 +123,24 @@ enum Technique {
 }
 
 #[derive(Clone, Copy, ValueEnum, PartialEq, Eq)]
-enum Machine {
+pub(crate) enum Machine {
     Cpu,
     Gpu,
     /// A GPU where there is a real one, else the CPU
     Auto,
+}
+
+impl Machine {
+    /// Whether passes run on a GPU: for `auto`, where there is a real one.
+    pub(crate) fn is_gpu(self) -> bool {
+        use twinlight_gpu::wgpu::DeviceType;
+        let real = |kind| matches!(kind, DeviceType::DiscreteGpu | DeviceType::IntegratedGpu);
+        match self {
+            Self::Cpu => false,
+            Self::Gpu => true,
+            Self::Auto => twinlight_gpu::adapters().iter().any(|x| real(x.get_info().device_type)),
+        }
+    }
 }
 
 #[derive(Clone, Copy, ValueEnum, PartialEq, Eq, Debug)]
@@ -185,6 +198,37 @@ struct Outcome {
     ran: Vec<PassTiming>,
     /// What had changed since the frame before.
     changes: Vec<Change>,
+}
+
+/// A command line of `render`.
+#[derive(Parser)]
+#[command(no_binary_name = true, args_override_self = true)]
+struct Line {
+    #[command(flatten)]
+    arguments: RenderArguments,
+}
+
+/// Reads words that stand for a command line of `render`.
+pub(crate) fn parse_line(words: &[String]) -> Result<RenderArguments, Failure> {
+    let line = Line::try_parse_from(words).map_err(|e| {
+        let text = e.to_string();
+        let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
+        Failure::Request(format!("{}: {first}", words.join(" ")))
+    })?;
+    Ok(line.arguments)
+}
+
+/// What the options ask of their technique.
+pub(crate) fn request_of(a: &RenderArguments, view: &crate::technique::View) -> Result<Request, Failure> {
+    check_request(a, a.technique)?;
+    passes::request(a, a.technique, view)
+}
+
+impl RenderArguments {
+    /// `--arithmetic`.
+    pub(crate) fn arithmetic(&self) -> Option<ArithmeticChoice> {
+        self.backend.arithmetic
+    }
 }
 
 pub(crate) fn run(a: &RenderArguments) -> Result<(), Failure> {
@@ -294,7 +338,7 @@ fn chosen(a: &RenderArguments, scene: &Scene, moving: bool) -> (Technique, Optio
     if a.technique != Technique::Auto {
         return (a.technique, None);
     }
-    let (chosen, why) = choose(&scene.census(), a.only.light(), a.scene.emissive, moving);
+    let (chosen, why) = choose(&scene.census(), a.only.light(), a.scene.look.emissive, moving);
     (Technique::from_str(chosen, false).unwrap_or(Technique::Direct), Some(why))
 }
 
@@ -333,7 +377,7 @@ fn check_request(a: &RenderArguments, technique: Technique) -> Result<(), Failur
         _ => &[],
     };
     a.knobs.check(of, &name(technique))?;
-    let (width, height) = a.scene.size;
+    let (width, height) = a.scene.look.size;
     match technique {
         Technique::VisibilityFilter => a.knobs.visibility_filter().check(width, height),
         Technique::VoxelCones => a.knobs.voxel_cones().check(width, height),

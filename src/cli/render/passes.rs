@@ -1,6 +1,6 @@
 //! `twinlight render` by a technique of passes, on either backend.
 
-use super::{Machine, Only, Outcome, RenderArguments, Technique, name};
+use super::{Only, Outcome, RenderArguments, Technique, name};
 use crate::backend::{Backend, Cpu, Gpu};
 use crate::cli::options::ArithmeticChoice;
 use crate::cli::{Failure, table};
@@ -41,7 +41,7 @@ pub(super) fn request(a: &RenderArguments, technique: Technique, view: &View) ->
     };
     let effects = a.effects.as_ref().map(|names| names.iter().map(|n| of_name(n)).collect()).transpose()?;
     Ok(Request {
-        emissive: a.scene.emissive,
+        emissive: a.scene.look.emissive,
         effects,
         quality: a.quality,
         ..Request::new(technique, *view, job)
@@ -68,17 +68,7 @@ impl Only {
 impl Running {
     /// Starts on the machine that the options name.
     fn start(a: &RenderArguments, cpu: Cpu, scene: Scene, tree: Bvh) -> Result<Self, Failure> {
-        let gpu = match a.machine {
-            Machine::Cpu => false,
-            Machine::Gpu => true,
-            Machine::Auto => {
-                use twinlight_gpu::wgpu::DeviceType;
-                twinlight_gpu::adapters().iter().any(|x| {
-                    matches!(x.get_info().device_type, DeviceType::DiscreteGpu | DeviceType::IntegratedGpu)
-                })
-            }
-        };
-        Ok(if gpu {
+        Ok(if a.machine.is_gpu() {
             let gpu = a.backend.gpu(ArithmeticChoice::Fast)?;
             Self::Gpu(Box::new(Renderer::with_tree(gpu, scene, tree)?))
         } else {

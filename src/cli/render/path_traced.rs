@@ -15,7 +15,7 @@ pub(super) fn run(a: &RenderArguments, scene: &Scene, tree: &Bvh, view: &View) -
         bounces: a.bounces,
         samples: a.samples,
         seed: a.seed,
-        emissive: a.scene.emissive,
+        emissive: a.scene.look.emissive,
         pixel_filter: !a.pixel_centre,
     };
     let stop = Arc::new(AtomicBool::new(false));

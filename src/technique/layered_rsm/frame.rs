@@ -16,7 +16,7 @@ use twinlight_kernels::passes::voxel_cones::storage::unpack_radiance;
 use twinlight_kernels::passes::voxel_cones::trace::{CONES_MEAN_OPACITY, CONES_SEE_ENVIRONMENT};
 
 /// What the passes that trace cones need to know.
-fn cone_params<B: Backend>(
+pub(crate) fn cone_params<B: Backend>(
     world: &World<B>,
     voxels: &BinaryVoxels<B>,
     settings: &LayeredRsm,

@@ -9,6 +9,7 @@ mod maps;
 mod settings;
 mod voxels;
 
+pub(super) use frame::cone_params;
 pub use maps::{LayeredMaps, ReflectiveMap, layered_map, reflect_params, reflective_map};
 pub use settings::{LayeredRsm, Moments, Opacity, Weights};
 pub use voxels::BinaryVoxels;

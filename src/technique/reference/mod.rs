@@ -4,6 +4,7 @@
 //! scattered rays. Nothing is clamped; with [`Bounces::All`] paths end by Russian roulette, which keeps the mean.
 
 mod path;
+pub mod stages;
 
 use super::View;
 use super::world::{environment_params, texels_with_environment};
@@ -107,6 +108,24 @@ pub(crate) struct Setting<'a> {
     pub(crate) camera: CameraParams,
 }
 
+/// What paths of a picture are traced through.
+pub(crate) fn setting<'a>(
+    scene: &'a Scene,
+    tree: &'a Bvh,
+    view: &View,
+    settings: &'a Reference,
+) -> Setting<'a> {
+    Setting {
+        scene,
+        tree,
+        texels: texels_with_environment(scene),
+        environment: environment_params(&scene.environment, scene.texels.len() as u32),
+        has_environment: scene.census().has_environment,
+        settings,
+        camera: view.params(0),
+    }
+}
+
 /// Paths per pixel between two looks at progress and interruption.
 const CHUNK: u32 = 8;
 
@@ -122,16 +141,7 @@ pub fn render(
     stop: &AtomicBool,
     progress: impl Fn(u32),
 ) -> ReferenceResult {
-    let census = scene.census();
-    let setting = Setting {
-        scene,
-        tree,
-        texels: texels_with_environment(scene),
-        environment: environment_params(&scene.environment, scene.texels.len() as u32),
-        has_environment: census.has_environment,
-        settings,
-        camera: view.params(0),
-    };
+    let setting = setting(scene, tree, view, settings);
     let mut sums = vec![PixelSum::default(); view.pixels() as usize];
     let mut done = 0;
     while done < settings.samples && !stop.load(Ordering::Relaxed) {

@@ -99,7 +99,7 @@ fn alpha<'a>(setting: &'a Setting<'_>) -> AlphaTest<'a> {
     }
 }
 
-fn nearest(setting: &Setting<'_>, origin: Vec3, direction: Vec3) -> Hit {
+pub(super) fn nearest(setting: &Setting<'_>, origin: Vec3, direction: Vec3) -> Hit {
     let ray = Ray { origin, direction, t_min: 0.0, t_max: 1.0e30 };
     nearest_hit(&setting.tree.nodes, &setting.tree.blocks, &ray, &alpha(setting))
 }
@@ -117,7 +117,12 @@ fn source(setting: &Setting<'_>, hit: &Hit, direction: Vec3) -> Vec3 {
 }
 
 /// The radiance toward the viewer from all lights without extent.
-fn from_lights(setting: &Setting<'_>, surface: &Surface, lobes: &Reflectance, to_viewer: Vec3) -> Vec3 {
+pub(super) fn from_lights(
+    setting: &Setting<'_>,
+    surface: &Surface,
+    lobes: &Reflectance,
+    to_viewer: Vec3,
+) -> Vec3 {
     let position = surface.position.truncate();
     let normal = surface.normal.truncate();
     let triangle = &setting.scene.triangles[surface.triangle as usize];

@@ -12,7 +12,7 @@ use twinlight_kernels::passes::elements::ConeParams;
 use twinlight_kernels::passes::voxel_cones::trace::CONES_SEE_ENVIRONMENT;
 
 /// What the passes that trace cones need to know.
-pub(super) fn cone_params<B: Backend>(
+pub(crate) fn cone_params<B: Backend>(
     world: &World<B>,
     p: &Pyramid<B>,
     lit: &Lit<B>,

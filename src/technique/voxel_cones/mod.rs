@@ -10,6 +10,7 @@ mod pyramid;
 mod settings;
 
 pub use drawn::{VOXEL_VIEWS, voxel_view};
+pub(super) use frame::cone_params;
 pub(super) use inject::watts;
 pub use lit::{Lighting, Lit};
 pub use pyramid::Pyramid;

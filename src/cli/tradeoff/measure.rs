@@ -1,0 +1,281 @@
+//! What does a trial cost, and what does it give?
+
+use super::record::Spread;
+use super::sweep::Trial;
+use crate::backend::{Backend, Cpu, Gpu};
+use crate::cli::Failure;
+use crate::cli::options::{ArithmeticChoice, BackendOptions, build_tree};
+use crate::cli::render::{RenderArguments, parse_line, request_of};
+use crate::picture::Picture;
+use crate::plan::{Change, Request};
+use crate::renderer::Renderer;
+use crate::report::halves::Halves;
+use crate::scene::{Scene, bvh::Bvh};
+use crate::technique::reference::{self, Bounces, Reference, ReferenceResult};
+use crate::technique::{LightPart, View};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Seconds beyond which a trial is repeated three times only.
+const LONG: f64 = 20.0;
+
+/// What a trial gave.
+pub(crate) struct Measured {
+    pub seconds: Spread,
+    pub wall: f64,
+    pub camera: Option<f64>,
+    pub bytes: u64,
+    pub indirect: Option<Picture>,
+    pub all: Picture,
+}
+
+/// A scene as it is looked at, with all that trials share.
+pub(crate) struct Subject {
+    /// The scene and its options, as words of a command line.
+    pub words: Vec<String>,
+    pub scene: Scene,
+    pub tree: Bvh,
+    pub view: View,
+    pub emissive: bool,
+    backend: BackendOptions,
+    gpu: bool,
+    /// Renderers that trials use again: of the CPU, of the GPU in fast arithmetic and in strict.
+    cpu: Option<Renderer<Cpu>>,
+    fast: Option<Renderer<Gpu>>,
+    strict: Option<Renderer<Gpu>>,
+}
+
+impl Subject {
+    /// Opens a scene.
+    pub(crate) fn open(words: Vec<String>, backend: &BackendOptions, gpu: bool) -> Result<Self, Failure> {
+        let a = parse_line(&words)?;
+        let (scene, view) = a.scene.open()?;
+        Self::of(words, scene, view, a.scene.look.emissive, backend, gpu)
+    }
+
+    /// A scene that is open.
+    pub(crate) fn of(
+        words: Vec<String>,
+        scene: Scene,
+        view: View,
+        emissive: bool,
+        backend: &BackendOptions,
+        gpu: bool,
+    ) -> Result<Self, Failure> {
+        let tree = build_tree(&scene)?;
+        let (cpu, fast, strict) = (None, None, None);
+        Ok(Self { words, scene, tree, view, emissive, backend: backend.clone(), gpu, cpu, fast, strict })
+    }
+
+    /// The command line of a trial.
+    pub(crate) fn line(&self, trial: &Trial) -> Vec<String> {
+        let mut words = self.words.clone();
+        words.extend(["--technique".to_owned(), trial.technique.to_owned()]);
+        words.extend(trial.words.iter().cloned());
+        words
+    }
+
+    /// What makes light of the scene that the techniques do not split the same way when parts are asked for.
+    fn splits(&self) -> bool {
+        let census = self.scene.census();
+        census.has_environment || (self.emissive && census.has_emission)
+    }
+
+    /// The arguments of a trial.
+    pub(crate) fn arguments(&self, trial: &Trial) -> Result<RenderArguments, Failure> {
+        parse_line(&self.line(trial))
+    }
+
+    /// Measures a trial of a technique of passes.
+    pub(crate) fn measure(&mut self, trial: &Trial, repeats: u32) -> Result<Measured, Failure> {
+        let a = self.arguments(trial)?;
+        let request = request_of(&a, &self.view)?;
+        let splits = self.splits();
+        if a.scene.look.fit_spheres.is_some() || trial.words.iter().any(|w| w == "--fit-spheres") {
+            // Another scene: with other proxies.
+            let (scene, view) = a.scene.open()?;
+            let request = Request { view, ..request };
+            let mut other =
+                Self::of(self.words.clone(), scene, view, self.emissive, &self.backend, self.gpu)?;
+            return other.measure_request(&request, a.arithmetic(), splits, repeats);
+        }
+        self.measure_request(&request, a.arithmetic(), splits, repeats)
+    }
+
+    fn measure_request(
+        &mut self,
+        request: &Request,
+        arithmetic: Option<ArithmeticChoice>,
+        splits: bool,
+        repeats: u32,
+    ) -> Result<Measured, Failure> {
+        let part = if splits { Parts::Rendered } else { Parts::Subtracted };
+        let (scene, tree) = (&self.scene, &self.tree);
+        if !self.gpu {
+            if self.cpu.is_none() {
+                let cpu = Cpu::new(self.backend.threads)?;
+                self.cpu = Some(Renderer::with_tree(cpu, scene.clone(), tree.clone())?);
+            }
+            return self.cpu.as_mut().map_or_else(lost, |r| measure(r, request, part, repeats));
+        }
+        let strict = arithmetic == Some(ArithmeticChoice::Strict);
+        let place = if strict { &mut self.strict } else { &mut self.fast };
+        if place.is_none() {
+            let choice = if strict { ArithmeticChoice::Strict } else { ArithmeticChoice::Fast };
+            let gpu = BackendOptions { arithmetic: Some(choice), ..self.backend.clone() }.gpu(choice)?;
+            *place = Some(Renderer::with_tree(gpu, scene.clone(), tree.clone())?);
+        }
+        place.as_mut().map_or_else(lost, |r| measure(r, request, part, repeats))
+    }
+
+    /// Traces paths on the CPU.
+    pub(crate) fn trace(
+        &self,
+        samples: u32,
+        seed: u32,
+        stop: &AtomicBool,
+        progress: impl Fn(u32) + Send,
+    ) -> Result<ReferenceResult, Failure> {
+        let settings = Reference {
+            bounces: Bounces::Count(1),
+            samples,
+            seed,
+            emissive: self.emissive,
+            pixel_filter: true,
+        };
+        let cpu = Cpu::new(self.backend.threads)?;
+        let (scene, tree, view) = (&self.scene, &self.tree, &self.view);
+        Ok(cpu.install(|| reference::render(scene, tree, view, &settings, stop, progress)))
+    }
+
+    /// Measures the path tracer: its paths go through whole pixels.
+    pub(crate) fn measure_paths(
+        &self,
+        samples: u32,
+        repeats: u32,
+        stop: &AtomicBool,
+    ) -> Result<Measured, Failure> {
+        let mut times = Vec::new();
+        let mut result = None;
+        // Cheap ones vary more.
+        for seed in 0..repeats.max(1) {
+            let begun = Instant::now();
+            result = Some(self.trace(samples, 1000 + seed, stop, |_| ())?);
+            times.push(begun.elapsed().as_secs_f64());
+            if stop.load(Ordering::Relaxed) || times.iter().sum::<f64>() > LONG && times.len() >= 3 {
+                break;
+            }
+        }
+        let result = result.filter(|r| r.samples == samples).ok_or_else(interrupted)?;
+        let seconds = Spread::of(times);
+        let (all, indirect) = (result.all(), Some(result.indirect));
+        Ok(Measured { seconds, wall: seconds.median, camera: None, bytes: 0, indirect, all })
+    }
+}
+
+/// A reference in two halves, of indirect and of all light.
+pub(crate) struct Right {
+    pub indirect: Halves,
+    pub all: Halves,
+}
+
+impl Right {
+    /// From two results of different seeds.
+    pub(crate) fn new(one: &ReferenceResult, other: &ReferenceResult) -> Option<Self> {
+        let indirect = Halves::new(one.indirect.clone(), other.indirect.clone())?;
+        Some(Self { indirect, all: Halves::new(one.all(), other.all())? })
+    }
+
+    /// Blocks of pixels averaged.
+    pub(crate) fn averaged(&self, side: u32) -> Self {
+        Self { indirect: self.indirect.averaged(side), all: self.all.averaged(side) }
+    }
+}
+
+fn lost<T>() -> Result<T, Failure> {
+    Err(Failure::Work("no renderer".into()))
+}
+
+pub(crate) fn interrupted() -> Failure {
+    Failure::Work("interrupted".into())
+}
+
+/// How indirect light is told from all light.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Parts {
+    /// A picture of its own.
+    Rendered,
+    /// What direct light leaves.
+    Subtracted,
+}
+
+/// Seconds of a frame's passes, or of the wall where the device tells nothing of its passes.
+fn passes<B: Backend>(renderer: &mut Renderer<B>, plan: &crate::plan::Plan) -> Result<(f64, f64), Failure> {
+    let begun = Instant::now();
+    let frame = renderer.render(plan)?;
+    let wall = begun.elapsed().as_secs_f64();
+    let sum: f64 = frame.rendered.timings.iter().map(|t| t.nanoseconds * 1e-9).sum();
+    Ok((if sum.is_finite() { sum } else { wall }, wall))
+}
+
+fn measure<B: Backend>(
+    renderer: &mut Renderer<B>,
+    request: &Request,
+    parts: Parts,
+    repeats: u32,
+) -> Result<Measured, Failure> {
+    let plan = renderer.plan(request).map_err(|e| Failure::Request(e.to_string()))?;
+    // The first frame warms up: pipelines are made, pages touched.
+    renderer.forget();
+    renderer.backend_mut().log_allocations(true);
+    let warm = renderer.render(&plan);
+    let bytes = renderer.backend_mut().take_allocations().iter().map(|a| a.bytes).sum();
+    renderer.backend_mut().log_allocations(false);
+    let all = warm?.rendered.picture;
+    let (mut times, mut walls) = (Vec::new(), Vec::new());
+    for _ in 0..repeats {
+        renderer.forget();
+        let (seconds, wall) = passes(renderer, &plan)?;
+        times.push(seconds);
+        walls.push(wall);
+        if walls.iter().sum::<f64>() > LONG && walls.len() >= 3 {
+            break;
+        }
+    }
+    let mut camera = None;
+    if repeats > 0 {
+        renderer.touch(Change::Camera)?;
+        camera = Some(passes(renderer, &plan)?.0);
+    }
+    let indirect = if plan.gathers() { Some(indirect(renderer, request, parts, &all)?) } else { None };
+    if !all.pixels.iter().all(|p| p.is_finite()) {
+        return Err(Failure::Work(format!(
+            "{}: pixels that are not finite; please report the scene",
+            plan.technique.name()
+        )));
+    }
+    let wall = Spread::of(walls).median;
+    Ok(Measured { seconds: Spread::of(times), wall, camera, bytes, indirect, all })
+}
+
+fn indirect<B: Backend>(
+    renderer: &mut Renderer<B>,
+    request: &Request,
+    parts: Parts,
+    all: &Picture,
+) -> Result<Picture, Failure> {
+    let mut request = request.clone();
+    request.job.light = if parts == Parts::Rendered { LightPart::Indirect } else { LightPart::Direct };
+    if parts == Parts::Subtracted {
+        // Straight light is the same for all knobs of a technique.
+        request.technique = crate::plan::Technique::Direct;
+    }
+    let plan = renderer.plan(&request).map_err(|e| Failure::Request(e.to_string()))?;
+    let mut picture = renderer.render(&plan)?.rendered.picture;
+    if parts == Parts::Subtracted {
+        for (part, &whole) in picture.pixels.iter_mut().zip(&all.pixels) {
+            *part = whole - *part;
+        }
+    }
+    Ok(picture)
+}

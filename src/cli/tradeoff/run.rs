@@ -1,0 +1,444 @@
+//! In which order is what tried, and what becomes of it?
+
+use super::measure::{Measured, Right, Subject, interrupted};
+use super::record::{Point, Record, Reference, SceneRecord};
+use super::sweep::{self, Needs, SWEEPS, Trial};
+use super::{Folder, Pictures, TradeoffArguments, attribution, page, plot};
+use crate::cli::{Failure, print_out};
+use crate::picture::{Picture, write_whole};
+use crate::report::machine::processor;
+use glam::Vec3;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// What a run has at hand.
+pub(super) struct Session<'a> {
+    pub(super) a: &'a TradeoffArguments,
+    folder: Folder,
+    pub(super) stop: Arc<AtomicBool>,
+    bar: ProgressBar,
+    begun: Instant,
+}
+
+pub(super) fn run(a: &TradeoffArguments) -> Result<(), Failure> {
+    let gpu = a.machine.is_gpu();
+    let mut subjects = Vec::new();
+    for text in &a.scenes {
+        subjects.push(Subject::open(scene_words(a, text), &a.backend, gpu)?);
+    }
+    check_techniques(a)?;
+    let folder = Folder::make(&a.output)?;
+    let fresh = fresh_record(a, &subjects, gpu)?;
+    let mut record = match Record::open(&folder.record())? {
+        Some(old) if !a.restart && old.same_request(&fresh) => Record { runs: old.runs + 1, ..old },
+        Some(_) if !a.restart => {
+            return Err(Failure::Request(format!(
+                "{} has the report of another request; give --restart or another folder",
+                a.output.display()
+            )));
+        }
+        _ => fresh,
+    };
+    let stop = Arc::new(AtomicBool::new(false));
+    let seen = stop.clone();
+    // Without a handler an interruption ends the command; what is measured is in the folder all the same.
+    let _ = ctrlc::set_handler(move || seen.store(true, Ordering::Relaxed));
+    let bar = if a.quiet { ProgressBar::hidden() } else { ProgressBar::new(0) };
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}, {eta} left") {
+        bar.set_style(style);
+    }
+    let session = Session { a, folder, stop, bar, begun: Instant::now() };
+    let mut result = Ok(());
+    for (i, subject) in subjects.iter_mut().enumerate() {
+        result = session.scene(subject, &mut record, i);
+        if result.is_err() {
+            break;
+        }
+    }
+    session.bar.finish_and_clear();
+    session.finish(&record)?;
+    result
+}
+
+/// The words of a scene's command line: what it has of its own comes last, and wins.
+fn scene_words(a: &TradeoffArguments, text: &str) -> Vec<String> {
+    let (name, own) = text.find(" --").map_or((text, ""), |at| text.split_at(at));
+    let (width, height) = a.look.size;
+    let mut words = vec![name.trim().to_owned()];
+    if (width, height) != (512, 512) {
+        words.push(format!("--size={width}x{height}"));
+    }
+    words.extend(a.look.words());
+    words.extend(own.split_whitespace().map(str::to_owned));
+    words
+}
+
+fn check_techniques(a: &TradeoffArguments) -> Result<(), Failure> {
+    for name in a.techniques.iter().flatten() {
+        if name != "reference" && !SWEEPS.iter().any(|s| s.technique == name) {
+            let known: Vec<_> = SWEEPS.iter().map(|s| s.technique).collect();
+            return Err(Failure::Request(format!(
+                "--techniques {name}: there are {} and reference",
+                known.join(", ")
+            )));
+        }
+    }
+    Ok(())
+}
+
+fn fresh_record(a: &TradeoffArguments, subjects: &[Subject], gpu: bool) -> Result<Record, Failure> {
+    let cpu = processor();
+    let machine = if gpu {
+        let gpu = a.backend.gpu(crate::cli::options::ArithmeticChoice::Fast)?;
+        format!("gpu, {}; path tracer on {cpu}", twinlight_gpu::describe(gpu.adapter()))
+    } else {
+        format!("cpu, {cpu}, {} threads", a.backend.cpu()?.threads())
+    };
+    let mut scenes: Vec<SceneRecord> = Vec::new();
+    for s in subjects {
+        let (width, height) = (s.view.width, s.view.height);
+        let compared = (width / a.block, height / a.block);
+        if compared.0 == 0 || compared.1 == 0 {
+            return Err(Failure::Request(format!(
+                "--block {}: the picture is smaller than a block",
+                a.block
+            )));
+        }
+        let mut name = s.scene.name.clone();
+        while scenes.iter().any(|other| other.name == name) {
+            name.push('+');
+        }
+        let indirect = technique_names(a, s).any(|t| !matches!(t, "soft-gi" | "reference"));
+        scenes.push(SceneRecord {
+            name,
+            view: s.words[1..].join(" "),
+            credit: a.credit.clone(),
+            size: (width, height),
+            compared,
+            reference: None,
+            axis: if indirect { "indirect" } else { "all" }.into(),
+            points: Vec::new(),
+            attribution: Vec::new(),
+        });
+    }
+    let command = command_text(a);
+    Ok(Record { command, version: env!("CARGO_PKG_VERSION").into(), machine, runs: 1, scenes })
+}
+
+/// The command that makes the same report.
+fn command_text(a: &TradeoffArguments) -> String {
+    let mut words = vec!["twinlight tradeoff".to_owned()];
+    words.extend(a.scenes.iter().map(|s| if s.contains(' ') { format!("\"{s}\"") } else { s.clone() }));
+    let (width, height) = a.look.size;
+    words.push(format!("--size {width}x{height}"));
+    words.extend(a.look.words());
+    if a.machine.is_gpu() {
+        words.push("--backend gpu".into());
+    }
+    if let Some(techniques) = &a.techniques {
+        words.push(format!("--techniques {}", techniques.join(",")));
+    }
+    if a.steps_only {
+        words.push("--steps-only".into());
+    }
+    words.push(format!("--samples {} --repeats {} --block {}", a.samples, a.repeats, a.block));
+    words.join(" ")
+}
+
+/// The techniques to try in a scene.
+fn technique_names<'a>(a: &'a TradeoffArguments, s: &Subject) -> impl Iterator<Item = &'a str> + use<'a> {
+    let census = s.scene.census();
+    let soft = !s.scene.proxies.is_empty() && census.has_environment;
+    let gathers = !s.scene.lights.is_empty() || census.has_environment || s.emissive;
+    let lit = !s.scene.lights.is_empty();
+    let usual = SWEEPS.iter().map(|s| s.technique).chain(["reference"]).filter(move |t| match *t {
+        "soft-gi" => soft,
+        "layered-rsm" => lit,
+        "reference" => true,
+        _ => gathers,
+    });
+    let named = a.techniques.iter().flatten().map(String::as_str);
+    let all: Vec<&str> = if a.techniques.is_some() { named.collect() } else { usual.collect() };
+    all.into_iter()
+}
+
+impl Session<'_> {
+    /// All trials of a scene, the most telling first.
+    fn trials(&self, s: &Subject) -> Vec<Trial> {
+        let size = (s.view.width, s.view.height);
+        let names: Vec<&str> = technique_names(self.a, s).collect();
+        let sweeps: Vec<_> = SWEEPS.iter().filter(|x| names.contains(&x.technique)).collect();
+        let gloss = s.scene.census().has_gloss;
+        let fitted = s.words.iter().any(|w| w.starts_with("--fit-spheres"));
+        let has = |needs: Needs| match needs {
+            Needs::Nothing => true,
+            Needs::Gloss => gloss,
+            Needs::Fitted => fitted,
+            Needs::Gpu => self.a.machine.is_gpu(),
+        };
+        let mut trials: Vec<Trial> = sweeps.iter().flat_map(|x| x.steps(size)).collect();
+        if names.contains(&"reference") {
+            trials.extend(sweep::baseline(size));
+        }
+        if !self.a.steps_only {
+            trials.extend(sweeps.iter().flat_map(|x| x.single(size, has)));
+        }
+        trials
+    }
+
+    fn scene(&self, subject: &mut Subject, record: &mut Record, index: usize) -> Result<(), Failure> {
+        let trials = self.trials(subject);
+        let name = record.scenes[index].name.clone();
+        self.bar.set_length(trials.len() as u64);
+        self.bar.set_position(0);
+        self.bar.set_message(format!("{name}: reference"));
+        let right = self.reference(subject, record, index)?;
+        let coarse = right.averaged(self.a.block);
+        record.save(&self.folder.record())?;
+        for trial in &trials {
+            self.bar.inc(1);
+            if record.scenes[index].has(trial) {
+                continue;
+            }
+            if self.stop.load(Ordering::Relaxed) {
+                return Err(self.interrupted());
+            }
+            if self.late() {
+                if !self.a.quiet {
+                    eprintln!("note: the time limit is over; the same command goes on from here");
+                }
+                break;
+            }
+            self.bar.set_message(format!("{name}: {} {}", trial.technique, trial.settings()));
+            let measured = match self.measure(subject, trial) {
+                Err(Failure::Work(why)) if why == "interrupted" => return Err(self.interrupted()),
+                // A setting that this scene or size does not allow is no point.
+                Err(Failure::Request(why)) => {
+                    if !self.a.quiet {
+                        eprintln!("note: left out {} {}: {why}", trial.technique, trial.settings());
+                    }
+                    continue;
+                }
+                other => other?,
+            };
+            let scene = &mut record.scenes[index];
+            let id = scene.points.len();
+            scene.points.push(self.point(subject, trial, id, &measured, (&right, &coarse), record.runs));
+            scene.mark_front();
+            self.keep_pictures(&scene.name, id, &measured, &right)?;
+            record.save(&self.folder.record())?;
+        }
+        if self.a.no_attribution {
+            return Ok(());
+        }
+        self.bar.set_message(format!("{name}: stages"));
+        attribution::attribute(self, subject, &mut record.scenes[index], &right)?;
+        record.save(&self.folder.record())
+    }
+
+    pub(super) fn interrupted(&self) -> Failure {
+        Failure::Work(format!(
+            "interrupted; {} holds what was measured, and the same command goes on from there",
+            self.a.output.display()
+        ))
+    }
+
+    pub(super) fn late(&self) -> bool {
+        self.a.time_limit.is_some_and(|limit| self.begun.elapsed() > limit)
+    }
+
+    pub(super) fn measure(&self, subject: &mut Subject, trial: &Trial) -> Result<Measured, Failure> {
+        if trial.technique == "reference" {
+            let samples = trial.value.parse().map_err(|_| interrupted())?;
+            return subject.measure_paths(samples, self.a.repeats, &self.stop);
+        }
+        subject.measure(trial, self.a.repeats)
+    }
+
+    /// Measures for the error alone.
+    pub(super) fn measure_once(&self, subject: &mut Subject, trial: &Trial) -> Result<Measured, Failure> {
+        subject.measure(trial, 0)
+    }
+
+    fn point(
+        &self,
+        subject: &Subject,
+        trial: &Trial,
+        id: usize,
+        m: &Measured,
+        (right, coarse): (&Right, &Right),
+        run: u32,
+    ) -> Point {
+        let side = self.a.block;
+        let mut command = format!("twinlight render {}", subject.line(trial).join(" "));
+        if self.a.machine.is_gpu() && trial.technique != "reference" {
+            command += " --backend gpu";
+        }
+        Point {
+            id,
+            technique: trial.technique.into(),
+            knob: trial.knob.into(),
+            value: trial.value.clone(),
+            settings: trial.settings(),
+            command,
+            seconds: m.seconds,
+            wall: m.wall,
+            camera: m.camera,
+            bytes: m.bytes,
+            indirect: m.indirect.as_ref().and_then(|p| coarse.indirect.errors(&p.averaged(side))),
+            all: coarse.all.errors(&m.all.averaged(side)),
+            flip: right.all.flip(&m.all),
+            pareto: false,
+            run,
+        }
+    }
+
+    /// Traces the reference in two halves, or reads what an earlier run traced.
+    fn reference(&self, subject: &Subject, record: &mut Record, index: usize) -> Result<Right, Failure> {
+        let name = record.scenes[index].name.clone();
+        let part = |half: u32, of: &str| self.folder.part(&name, &format!("reference.{half}.{of}.exr"));
+        if record.scenes[index].reference.is_some() {
+            let open = |half: u32, of: &str| Picture::open_exr(&part(half, of)).ok();
+            let kept = (|| {
+                let halves = |of: &str| crate::report::halves::Halves::new(open(1, of)?, open(2, of)?);
+                Some(Right { indirect: halves("indirect")?, all: halves("all")? })
+            })();
+            if let Some(right) = kept {
+                return Ok(right);
+            }
+        }
+        let samples = self.a.samples / 2;
+        let begun = Instant::now();
+        let mut halves = Vec::new();
+        for half in [1, 2] {
+            let progress = |done: u32| {
+                let share = 50 * (half - 1) + 50 * done / samples.max(1);
+                self.bar.set_message(format!("{name}: reference {share} %"));
+            };
+            let traced = subject.trace(samples, half, &self.stop, progress)?;
+            if traced.samples < samples {
+                return Err(self.interrupted());
+            }
+            traced.indirect.save(&part(half, "indirect"), 0.0)?;
+            traced.all().save(&part(half, "all"), 0.0)?;
+            halves.push(traced);
+        }
+        let right = Right::new(&halves[0], &halves[1]).ok_or_else(interrupted)?;
+        let coarse = right.averaged(self.a.block);
+        record.scenes[index].reference = Some(Reference {
+            samples: 2 * samples,
+            bounces: "1".into(),
+            seconds: begun.elapsed().as_secs_f64(),
+            noise_indirect: coarse.indirect.noise(),
+            noise_all: coarse.all.noise(),
+        });
+        if self.a.pictures != Pictures::None {
+            for (of, halves) in [("indirect", &right.indirect), ("all", &right.all)] {
+                let picture = halves.mean();
+                self.keep(&name, &format!("reference.{of}"), picture, exposure(picture))?;
+            }
+        }
+        Ok(right)
+    }
+
+    /// Keeps the pictures behind a point.
+    fn keep_pictures(&self, scene: &str, id: usize, m: &Measured, right: &Right) -> Result<(), Failure> {
+        if self.a.pictures == Pictures::None {
+            return Ok(());
+        }
+        let all = right.all.mean();
+        self.keep(scene, &format!("{id}.all"), &m.all, exposure(all))?;
+        let (picture, reference) = match &m.indirect {
+            Some(indirect) => {
+                let reference = right.indirect.mean();
+                self.keep(scene, &format!("{id}.indirect"), indirect, exposure(reference))?;
+                (indirect, reference)
+            }
+            None => (&m.all, all),
+        };
+        self.keep(scene, &format!("{id}.error"), &error_map(picture, reference, self.a.block), 0.0)
+    }
+
+    fn keep(&self, scene: &str, name: &str, picture: &Picture, exposure: f32) -> Result<(), Failure> {
+        let bytes =
+            picture.jpeg(exposure).map_err(|e| Failure::Work(format!("cannot encode a picture: {e}")))?;
+        Ok(write_whole(&self.folder.picture(scene, name), &bytes)?)
+    }
+
+    /// Writes what people look at, and drops pictures that were not asked for.
+    fn finish(&self, record: &Record) -> Result<(), Failure> {
+        let path = &self.folder.path;
+        record.save(&self.folder.record())?;
+        write_whole(&path.join("tradeoff.csv"), record.csv().as_bytes())?;
+        for scene in &record.scenes {
+            if self.a.pictures == Pictures::Front {
+                for p in scene.points.iter().filter(|p| !p.pareto && !p.knob.is_empty()) {
+                    for kind in ["all", "indirect", "error"] {
+                        let _ = std::fs::remove_file(
+                            self.folder.picture(&scene.name, &format!("{}.{kind}", p.id)),
+                        );
+                    }
+                }
+            }
+            for up in plot::Up::ALL {
+                let drawn = plot::draw(scene, up).map_err(|e| Failure::Work(format!("cannot draw: {e}")))?;
+                if let Some(svg) = drawn {
+                    write_whole(&path.join(format!("{}-{}.svg", scene.name, up.name())), svg.as_bytes())?;
+                }
+            }
+        }
+        write_whole(&path.join("index.html"), page::page(record, &self.folder)?.as_bytes())?;
+        if self.a.json {
+            let text = serde_json::to_string(record).map_err(|e| Failure::Work(e.to_string()))?;
+            return print_out(&format!("{text}\n"));
+        }
+        if self.a.quiet { Ok(()) } else { print_out(&summary(record, path)) }
+    }
+}
+
+/// Stops that make a picture's mean a quarter.
+fn exposure(picture: &Picture) -> f32 {
+    let mean = picture.mean().element_sum() / 3.0;
+    if mean > 0.0 { (0.25 / mean).log2().clamp(-60.0, 60.0) } else { 0.0 }
+}
+
+/// Too dark is blue, too bright red, in full colour at a quarter of the reference's mean.
+fn error_map(picture: &Picture, reference: &Picture, side: u32) -> Picture {
+    let (coarse, right) = (picture.averaged(side), reference.averaged(side));
+    let full = 0.25 * right.mean().element_sum().max(1.0e-30);
+    let mut map = Picture::new(picture.width, picture.height);
+    for (i, pixel) in map.pixels.iter_mut().enumerate() {
+        let (x, y) = (i as u32 % picture.width / side, i as u32 / picture.width / side);
+        let at = (y.min(coarse.height - 1) * coarse.width + x.min(coarse.width - 1)) as usize;
+        let off = ((coarse.pixels[at] - right.pixels[at]).element_sum() / full).clamp(-1.0, 1.0);
+        let faded = 1.0 - off.abs();
+        *pixel = if off > 0.0 { Vec3::new(1.0, faded, faded) } else { Vec3::new(faded, faded, 1.0) };
+    }
+    map
+}
+
+/// The fronts, as a table.
+fn summary(record: &Record, path: &std::path::Path) -> String {
+    let mut text = String::new();
+    for scene in &record.scenes {
+        text += &format!("{}: what no other setting beats, {} light\n", scene.name, scene.axis);
+        text += &format!("{:<18} {:>10} {:>8} {:>7}  settings\n", "technique", "ms", "RMSE", "ratio");
+        let mut front: Vec<_> = scene.points.iter().filter(|p| p.pareto).collect();
+        front.sort_by(|a, b| a.seconds.median.total_cmp(&b.seconds.median));
+        for p in front {
+            let errors = if scene.axis == "all" { p.all } else { p.indirect };
+            let Some(e) = errors else { continue };
+            text += &format!(
+                "{:<18} {:>10.1} {:>6.1} % {:>7.3}  {}\n",
+                p.technique,
+                1e3 * p.seconds.median,
+                100.0 * e.relative_rmse,
+                e.mean_ratio,
+                p.settings
+            );
+        }
+    }
+    text + &format!("wrote {}\n", path.join("index.html").display())
+}
