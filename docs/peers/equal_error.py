@@ -31,16 +31,18 @@ except ImportError as e:
     sys.exit(2)
 
 RENDERED = 512  # pixels along a side of Twinlight's pictures
-LANES = 1 << 26  # paths that Mitsuba traces at once; more would cost gigabytes
+LANES = 1 << 30  # paths of one rendering of Mitsuba's, which has room for fewer than 2^32
 
 SCENES = [
     {"name": "cornell-original", "eye": [0, 1, 3.4], "target": [0, 1, 0], "fov": 39,
-     "light": {"kind": "point", "position": [0, 1.8, 0], "intensity": [2, 2, 2]}, "visibility-filter": []},
+     "light": {"kind": "point", "position": [0, 1.8, 0], "intensity": [2, 2, 2]},
+     "visibility-filter": [], "samples": 32768},  # heavy tails: the lamp is close under the ceiling
     {"name": "sponza", "eye": [-11, 1.7, -0.5], "target": [8, 4.5, 0], "fov": 60,
      "light": {"kind": "sun", "direction": [0.25, -1, 0.15], "intensity": [12, 11, 9.5]},
-     "visibility-filter": ["--proxies", "170000", "--grid", "32"]},
+     "visibility-filter": ["--proxies", "170000", "--grid", "32"], "samples": 8192},
     {"name": "sibenik", "eye": [-14, 4, 0], "target": [10, 7, 0], "fov": 65,
-     "light": {"kind": "point", "position": [0, 8, 0], "intensity": [120, 115, 100]}, "visibility-filter": []},
+     "light": {"kind": "point", "position": [0, 8, 0], "intensity": [120, 115, 100]},
+     "visibility-filter": [], "samples": 8192},
 ]
 
 
@@ -64,7 +66,7 @@ def twinlight(a, scene, technique, settings, output, side=RENDERED):
     run = subprocess.run(command, capture_output=True, text=True)
     wall = time.perf_counter() - start
     if run.returncode:
-        raise RuntimeError(f"{technique} on {scene['name']}: {(run.stderr.strip() or 'no message').splitlines()[-1]}")
+        raise RuntimeError(f"{technique} on {scene['name']}: {run.stderr.strip() or run.returncode}")
     out = json.loads(run.stdout)
     seconds = sum(p["ms"] for p in out["passes"]) * 1e-3 if "passes" in out else out["seconds"]
     return {**out, "seconds": seconds, "wall": wall}
@@ -86,8 +88,8 @@ def check_mitsuba():
 
 
 def second_bounce(mi, dr, masked):
-    """An integrator of the indirect light of one bounce alone: three rays a path instead of the four of `path`, and none of
-    the noise of direct light. For lights without extent only: what the bounce hits is taken to emit nothing."""
+    """An integrator of the indirect light of one bounce alone: three rays a path instead of the four of `path`, and
+    none of the noise of direct light. For lights without extent only: what the bounce hits is taken to emit nothing."""
 
     class SecondBounce(mi.SamplingIntegrator):  # dr.syntax compiles anew: its functions see no variables of this one
         def hole(self, si, active):
@@ -155,8 +157,7 @@ class Peer:
         }
         if side < RENDERED:
             self.methods[f"bounce, {RENDERED}x{RENDERED}"] = (bounce, RENDERED, "multijitter", False)
-        self.unstratified = (bounce, side, "independent", False)
-        self.sensors = {}
+        self.unstratified, self.sensors = (bounce, side, "independent", False), {}
 
     def sensor(self, side, sampler):
         if (side, sampler) not in self.sensors:
@@ -184,8 +185,7 @@ class Peer:
             self.dr.sync_thread()
             seconds += time.perf_counter() - start
             total = total + np.array(image, dtype=np.float64)[..., :3] / passes
-        picture = total.reshape(self.side, k, self.side, k, 3).mean((1, 3))
-        return (picture - self.direct if subtract else picture), seconds
+        return total.reshape(self.side, k, self.side, k, 3).mean((1, 3)) - (self.direct if subtract else 0), seconds
 
     def make_references(self, samples):
         """Direct light for `path` to subtract, stratified, so without noise to speak of; indirect light with
@@ -221,15 +221,15 @@ def at_error(errors, values, target):
 
 def measure(a, scene, folder):
     """Everything about one scene."""
-    say = (lambda text: print(f"{scene['name']}: {text}", file=sys.stderr, flush=True))
+    def say(text): print(f"{scene['name']}: {text}", file=sys.stderr, flush=True)
     picture = os.path.join(folder, f"{scene['name']}-twinlight.exr")
 
     say("references")
-    out = twinlight(a, scene, "reference", ["--samples", str(a.samples), "--seed", "977"], picture, a.side)
+    samples = a.samples or scene["samples"]
+    out = twinlight(a, scene, "reference", ["--samples", str(samples), "--seed", "977"], picture, a.side)
     right = read_exr(picture)
-    noise = 3 * out["indirect"]["pixel_standard_error"] / sum(out["indirect"]["mean"])
-    peer = Peer(scene, a.side)
-    peer_right, peer_noise = peer.make_references(a.samples)
+    noise, peer = 3 * out["indirect"]["pixel_standard_error"] / sum(out["indirect"]["mean"]), Peer(scene, a.side)
+    peer_right, peer_noise = peer.make_references(samples)
     write_exr(os.path.join(folder, f"{scene['name']}-mitsuba.exr"), peer_right)
 
     rows = []
@@ -243,10 +243,11 @@ def measure(a, scene, folder):
             rows.append({"technique": technique, "settings": " ".join(settings), "error": error, "mean_ratio": ratio,
                          "seconds": [], "wall": []})
 
-        # As many samples as it takes for the least error; these renderings also compile the kernels.
+        # As many samples as it takes for the least error; the first rendering compiles the kernel.
         least, points = min(r["error"] for r in rows), {}
         for name, method in peer.methods.items():
             points[name], spp = [], (method[1] // a.side) ** 2 if method[1] > a.side else 4
+            peer.render(method, spp, 2)
             while True:
                 mine, seconds = peer.render(method, spp, 1)
                 points[name].append({"samples": spp, "seconds": [], "squares": [], "mean_ratios": []})
@@ -277,15 +278,15 @@ def measure(a, scene, folder):
         row["peers"] = {name: equal(row, of) for name, of in points.items()}
         known = [n for n, p in row["peers"].items() if p]
         row["best"] = min(known, key=lambda n: row["peers"][n]["seconds"]) if known else None
-    return {"scene": scene["name"], "masked": peer.masked, "rows": rows, "methods": points,
+    return {"scene": scene["name"], "samples": samples, "masked": peer.masked, "rows": rows, "methods": points,
             "reference_noise": {"twinlight": noise, "mitsuba": peer_noise},
             "reference_mean_ratio": float(right.mean() / peer_right.mean()),
             "reference_difference": error_of(right, peer_right)[0]}
 
 
 def equal(row, points):
-    """Mitsuba's seconds by one method for the error of a row, or None where they are too far from all measured.
-    Ratios are taken within each turn, so that other work on the machine touches both sides."""
+    """Mitsuba's seconds by one method for the error of a row, or None where they are too far from all measured. Ratios
+    are taken within each turn, so that other work on the machine touches both sides."""
     errors = [p["error"] for p in points]
     turns = [at_error(errors, [p["seconds"][i] for p in points], row["error"]) for i in range(len(row["seconds"]))]
     seconds = at_error(errors, [statistics.median(p["seconds"]) for p in points], row["error"])
@@ -300,11 +301,11 @@ def number(x, digits=2):
     return "–" if x is None else f"{x:.{max(0, digits - 1 - math.floor(math.log10(x)))}f}" if x > 0 else "0"
 
 
-def table(result, a):
+def table(result):
     noise = result["reference_noise"]
     lines = [f"### {result['scene']}", "",
-             "| technique | settings | error | mean ratio | Twinlight s | with loading | Mitsuba s | by | samples | ratio "
-             "| `path` s | ratio |", "|---|---|---|---|---|---|---|---|---|---|---|---|"]
+             "| technique | settings | error | mean ratio | Twinlight s | with loading | Mitsuba s | by | samples "
+             "| ratio | `path` s | ratio |", "|---|---|---|---|---|---|---|---|---|---|---|---|"]
     for r in result["rows"]:
         best, plain = (r["peers"][n] if n else None for n in (r["best"], "path"))
         best, plain = best or {}, plain or {}
@@ -315,25 +316,25 @@ def table(result, a):
             f"| {number(best.get('samples'), 3)} | **{number(best.get('ratio'))}** "
             f"| {number(plain.get('seconds'), 3)} | {number(plain.get('ratio'))} |")
     checks = ", ".join(f"{n}: {of[-1]['mean_ratio']:.4f}" for n, of in result["methods"].items())
+    if max(noise.values()) > 0.5 * min(r["error"] for r in result["rows"]):
+        checks += ". **The noise is too near to the errors to tell times for them: raise --samples**"
     return "\n".join([*lines, "", (
-        f"References, {a.samples} paths: Twinlight's mean is {result['reference_mean_ratio']:.4f} of Mitsuba's, noise "
-        f"{100 * noise['twinlight']:.1f} % and {100 * noise['mitsuba']:.1f} %, relative RMSE between them "
+        f"References, {result['samples']} paths: Twinlight's mean is {result['reference_mean_ratio']:.4f} of "
+        f"Mitsuba's, noise {100 * noise['twinlight']:.1f} % and {100 * noise['mitsuba']:.1f} %, relative RMSE between them "
         f"{100 * result['reference_difference']:.1f} %. Means over Mitsuba's reference, most samples: {checks}."), ""])
 
 
 def machine(a):
     """What it ran on and which versions."""
-    cpu = platform.processor() or platform.machine()
+    import drjit as dr
+    mi, cpu = mitsuba("llvm_ad_rgb"), platform.processor() or platform.machine()
     if os.path.exists("/proc/cpuinfo"):
         with open("/proc/cpuinfo") as f:
             cpu = next((l.split(":", 1)[1].strip() for l in f if l.startswith("model name")), cpu)
-    import drjit as dr
-    mi = mitsuba("llvm_ad_rgb")
     version = subprocess.run([a.twinlight, "--version"], capture_output=True, text=True).stdout.strip()
     return {"cpu": cpu, "cores": len(os.sched_getaffinity(0)), "mitsuba_threads": dr.thread_count(),
             "load_average": os.getloadavg()[0], "twinlight": version, "mitsuba": mi.__version__,
-            "variant": mi.variant(), "drjit": dr.__version__, "numpy": np.__version__,
-            "python": platform.python_version()}
+            "variant": mi.variant(), "drjit": dr.__version__, "python": platform.python_version()}
 
 
 def main():
@@ -343,18 +344,18 @@ def main():
     ap.add_argument("--twinlight", default=os.path.normpath(beside))
     ap.add_argument("--only", action="append", choices=[s["name"] for s in SCENES], help="this scene; repeatable")
     ap.add_argument("--side", type=int, default=128, help="pixels along a side of what is compared")
-    ap.add_argument("--samples", type=int, help="paths per compared pixel of the references (8192)")
+    ap.add_argument("--samples", type=int, help="paths per compared pixel of the references (8192; Cornell box 32768)")
     ap.add_argument("--repeats", type=int, help="turns, each with another seed for Mitsuba (7)")
     ap.add_argument("--longest", type=float, help="seconds that one rendering of Mitsuba's may take (60)")
     ap.add_argument("--quick", action="store_true", help="1024 paths, 2 turns, 4 seconds: to try it out")
     ap.add_argument("-o", "--output", help="folder for equal_error.json, equal_error.md and the references")
     a = ap.parse_args()
-    for name, value in zip(("samples", "repeats", "longest"), (1024, 2, 4.0) if a.quick else (8192, 7, 60.0)):
+    for name, value in zip(("samples", "repeats", "longest"), (1024, 2, 4.0) if a.quick else (None, 7, 60.0)):
         if getattr(a, name) is None:
             setattr(a, name, value)
     if a.side < 16 or RENDERED % a.side:
         raise Fail(f"--side must divide {RENDERED} and be at least 16")
-    if a.samples < 128 or a.repeats < 1 or a.longest <= 0:
+    if (a.samples is not None and a.samples < 128) or a.repeats < 1 or a.longest <= 0:
         raise Fail("--samples must be at least 128, --repeats at least 1 and --longest above 0")
     if not os.path.isfile(a.twinlight):
         raise Fail(f"{a.twinlight} is not there; run 'cargo build --release', or give --twinlight PATH")
@@ -375,8 +376,8 @@ def main():
         results, text = [], head
         for scene in scenes:
             results.append(measure(a, scene, a.output or tmp))
-            text += "\n" + table(results[-1], a)
-            print(table(results[-1], a), flush=True)
+            print(table(results[-1]), flush=True)
+            text += "\n" + table(results[-1])
             if a.output:  # after every scene, so that an interrupted run leaves the finished ones
                 settings = {k: getattr(a, k) for k in ("side", "samples", "repeats", "longest", "quick")}
                 with open(os.path.join(a.output, "equal_error.json"), "w") as f:

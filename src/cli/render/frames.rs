@@ -62,9 +62,9 @@ pub(super) fn run(a: &RenderArguments, (first, last): (u32, u32)) -> Result<(), 
     if a.against.is_some() {
         return Err(Failure::Request("--against: for one picture; leave out --frames".into()));
     }
-    if a.budget.is_some() {
+    if a.budget.is_some() || a.error.is_some() {
         return Err(Failure::Request(
-            "--budget: trials differ from run to run, and frames would too; find the effects with one picture and give --effects"
+            "--budget and --error: trials differ from run to run, and frames would too; find the effects with one picture and give --effects"
                 .into(),
         ));
     }

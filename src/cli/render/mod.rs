@@ -1,191 +1,27 @@
 //! `twinlight render`: one picture, or one for each frame; and `twinlight explain`: what would run, and why.
 
+mod arguments;
+mod chosen;
 mod explained;
 mod frames;
 mod output;
 mod passes;
 mod path_traced;
 
+pub(crate) use arguments::{Machine, RenderArguments, parse_line};
+
 use super::knobs::{Knobs, Of};
-use super::options::{ArithmeticChoice, BackendOptions, Kept, SceneOptions, build_tree};
+use super::options::{ArithmeticChoice, Kept, build_tree};
 use super::{Failure, print_out};
 use crate::picture::Picture;
 use crate::plan::{Change, Plan, Request, choose};
 use crate::scene::Scene;
-use crate::technique::reference::Bounces;
 use crate::technique::{ambient_occlusion, direct, layered_rsm, soft_gi, visibility_filter, voxel_cones};
-use clap::{Args, Parser, ValueEnum};
+use arguments::{Only, Technique};
+use clap::ValueEnum;
 use output::{check_output, dump_path, note_error, open_reference, report, write};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 use twinlight_kernels::passes::PassTiming;
-
-#[derive(Args, Clone)]
-pub(crate) struct RenderArguments {
-    #[command(flatten)]
-    pub(crate) scene: SceneOptions,
-    #[command(flatten)]
-    backend: BackendOptions,
-    /// How light is computed
-    #[arg(long, default_value = "auto")]
-    technique: Technique,
-    /// Where the passes run
-    #[arg(long = "backend", default_value = "cpu", value_name = "BACKEND")]
-    machine: Machine,
-    /// The picture's file, .png or .exr [default: the scene's name with .png]
-    #[arg(short, long, value_name = "OUT.png|OUT.exr")]
-    output: Option<PathBuf>,
-    /// Frames of an animation, both included; written as OUT/0000.png and so on, or by a pattern such as OUT/%04d.exr [default: the moment 0]
-    #[arg(long, value_name = "A..B", value_parser = parse_frames)]
-    frames: Option<(u32, u32)>,
-    /// Frames per second of --frames
-    #[arg(long, default_value_t = 25.0, value_name = "N")]
-    fps: f64,
-    /// Turn the camera around its target, degrees a frame
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
-    orbit: Option<f64>,
-    /// Leave out frames whose file is there
-    #[arg(long)]
-    resume: bool,
-    /// Render every N-th frame only, from the I-th on: part I of N
-    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
-    shard: Option<(u32, u32)>,
-    /// Effects to compute where the scene has use for them [default: all; see twinlight explain]
-    #[arg(long, value_delimiter = ',', value_name = "a,b,c")]
-    effects: Option<Vec<String>>,
-    /// Leave out effects that can add no more than this share of the light
-    #[arg(long, default_value_t = 0.0, value_name = "SHARE", allow_hyphen_values = true)]
-    quality: f64,
-    /// Leave out effects until the passes are expected to take no longer, such as 40ms or 1.5s
-    #[arg(long, value_name = "TIME", value_parser = parse_budget)]
-    budget: Option<Duration>,
-    /// Reflections beyond direct light, or all (reference)
-    #[arg(long, default_value = "1", value_parser = parse_bounces, value_name = "N|all")]
-    bounces: Bounces,
-    /// Paths per pixel (reference), or rays per pixel for the sky, emissive surfaces and occlusion
-    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
-    samples: u32,
-    /// Seed of random numbers
-    #[arg(long, default_value_t = 1)]
-    seed: u32,
-    /// Let the reference see each pixel's centre only, as the techniques do
-    #[arg(long)]
-    pixel_centre: bool,
-    /// Which light goes into the picture
-    #[arg(long, default_value = "all")]
-    only: Only,
-    /// λ of the occlusion falloff 1/(1 + λ r), 1/m
-    #[arg(long, default_value_t = 0.0, value_name = "λ", allow_hyphen_values = true)]
-    falloff: f32,
-    /// Distance beyond which nothing occludes, metres
-    #[arg(long, default_value_t = 1.0e30, value_name = "METRES", allow_hyphen_values = true)]
-    reach: f32,
-    /// Buffers to save as pictures beside the output
-    #[arg(long, value_delimiter = ',', value_name = "a,b,c")]
-    dump: Vec<String>,
-    /// Exposure of .png in stops
-    #[arg(long, default_value_t = 0.0, value_name = "E", allow_hyphen_values = true)]
-    exposure: f32,
-    /// Picture to measure the error against, such as the reference's; .exr of the same size
-    #[arg(long, value_name = "REFERENCE.exr")]
-    against: Option<PathBuf>,
-    /// Count non-finite values in every buffer; any is a failure
-    #[arg(long)]
-    check_finite: bool,
-    /// Print nothing but errors
-    #[arg(long)]
-    quiet: bool,
-    /// Print the tables as one JSON object
-    #[arg(long)]
-    json: bool,
-    #[command(flatten)]
-    knobs: Knobs,
-}
-
-#[derive(Clone, Copy, ValueEnum, PartialEq, Eq, Debug)]
-enum Technique {
-    /// What the scene calls for
-    Auto,
-    /// Light straight from its sources
-    Direct,
-    /// Path tracing
-    Reference,
-    /// Openness to the surroundings
-    AmbientOcclusion,
-    /// Point proxies in voxels, with filtered visibility: direct light and one bounce
-    VisibilityFilter,
-    /// Cones through filtered voxels: direct light and one or more bounces, or occlusion
-    VoxelCones,
-    /// Spherical proxies under soft surroundings: shadows and one bounce
-    SoftGi,
-    /// Cones through binary voxels and layered maps of what lights see: direct light and one bounce
-    LayeredRsm,
-}
-
-#[derive(Clone, Copy, ValueEnum, PartialEq, Eq)]
-pub(crate) enum Machine {
-    Cpu,
-    Gpu,
-    /// A GPU where there is a real one, else the CPU
-    Auto,
-}
-
-impl Machine {
-    /// Whether passes run on a GPU: for `auto`, where there is a real one.
-    pub(crate) fn is_gpu(self) -> bool {
-        use twinlight_gpu::wgpu::DeviceType;
-        let real = |kind| matches!(kind, DeviceType::DiscreteGpu | DeviceType::IntegratedGpu);
-        match self {
-            Self::Cpu => false,
-            Self::Gpu => true,
-            Self::Auto => twinlight_gpu::adapters().iter().any(|x| real(x.get_info().device_type)),
-        }
-    }
-}
-
-#[derive(Clone, Copy, ValueEnum, PartialEq, Eq, Debug)]
-enum Only {
-    Indirect,
-    Direct,
-    All,
-}
-
-fn parse_bounces(text: &str) -> Result<Bounces, String> {
-    match text {
-        "all" => Ok(Bounces::All),
-        _ => match text.parse() {
-            Ok(n) if n <= 4096 => Ok(Bounces::Count(n)),
-            _ => Err("expected a number from 0 to 4096, or all".into()),
-        },
-    }
-}
-
-fn parse_frames(text: &str) -> Result<(u32, u32), String> {
-    let parsed = text.split_once("..").and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
-    match parsed {
-        Some((first, last)) if first <= last && last < 100_000 => Ok((first, last)),
-        _ => Err("expected A..B with A up to B, at most 99999".into()),
-    }
-}
-
-fn parse_shard(text: &str) -> Result<(u32, u32), String> {
-    let parsed = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-    match parsed {
-        Some((i, n)) if i >= 1 && i <= n => Ok((i, n)),
-        _ => Err("expected I/N with I from 1 to N, such as 3/16".into()),
-    }
-}
-
-fn parse_budget(text: &str) -> Result<Duration, String> {
-    let (number, unit) = match text.strip_suffix("ms") {
-        Some(number) => (number, 1e-3),
-        None => (text.strip_suffix('s').unwrap_or(""), 1.0),
-    };
-    match number.parse::<f64>() {
-        Ok(x) if x > 0.0 && x * unit < 1e6 => Ok(Duration::from_secs_f64(x * unit)),
-        _ => Err("expected a time such as 40ms or 1.5s".into()),
-    }
-}
 
 /// What a technique made, ready to be written.
 struct Outcome {
@@ -198,24 +34,6 @@ struct Outcome {
     ran: Vec<PassTiming>,
     /// What had changed since the frame before.
     changes: Vec<Change>,
-}
-
-/// A command line of `render`.
-#[derive(Parser)]
-#[command(no_binary_name = true, args_override_self = true)]
-struct Line {
-    #[command(flatten)]
-    arguments: RenderArguments,
-}
-
-/// Reads words that stand for a command line of `render`.
-pub(crate) fn parse_line(words: &[String]) -> Result<RenderArguments, Failure> {
-    let line = Line::try_parse_from(words).map_err(|e| {
-        let text = e.to_string();
-        let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
-        Failure::Request(format!("{}: {first}", words.join(" ")))
-    })?;
-    Ok(line.arguments)
 }
 
 /// What the options ask of their technique.
@@ -254,9 +72,9 @@ pub(crate) fn run(a: &RenderArguments) -> Result<(), Failure> {
 
 /// Prints the plan of a picture, and what follows from it.
 pub(crate) fn explain(a: &RenderArguments) -> Result<(), Failure> {
-    if a.budget.is_some() {
+    if a.budget.is_some() || a.error.is_some() {
         return Err(Failure::Request(
-            "--budget: it takes trials, and explain renders nothing; leave it out".into(),
+            "--budget and --error: they take trials, and explain renders nothing; leave it out".into(),
         ));
     }
     let mut kept = Kept::default();
@@ -314,6 +132,19 @@ fn one(
             eprintln!("note: auto chose {}: {why}", name(technique));
         }
     }
+    let choice = wanted(a)?.then(|| chosen::choose(a, &scene, &view)).transpose()?;
+    let own;
+    let (a, technique) = match &choice {
+        Some(choice) => {
+            note_choice(a, choice);
+            // What does not fit leaves out effects beside.
+            let budget = a.budget.filter(|_| !choice.fits);
+            own = RenderArguments { knobs: choice.knobs.clone(), budget, error: None, ..a.clone() };
+            (&own, choice.technique)
+        }
+        None => (a, technique),
+    };
+    let copy = choice.as_ref().map(|_| scene.clone());
     let reference = a.against.as_deref().map(|path| open_reference(path, &view)).transpose()?;
     let mut outcome = match technique {
         Technique::Reference => {
@@ -325,12 +156,45 @@ fn one(
     if let Some(reference) = reference {
         note_error(&mut outcome, &reference);
     }
+    if let (Some(choice), Some(scene)) = (&choice, copy) {
+        let error = chosen::measured_error(a, scene, &view, &outcome.picture)?;
+        choice.report(&mut outcome, error);
+    }
     let written = write(a, &output, &outcome)?;
     report(a, &outcome, &written)?;
     if outcome.interrupted {
         return Err(Failure::Work(format!("interrupted; {} holds what was done", output.display())));
     }
     Ok((outcome.ran, outcome.changes))
+}
+
+/// Whether settings are to be chosen.
+fn wanted(a: &RenderArguments) -> Result<bool, Failure> {
+    let own = a.knobs != Knobs::default();
+    if a.error.is_some() && own {
+        return Err(Failure::Request(
+            "--error: it chooses the knobs; leave them out, or leave out --error".into(),
+        ));
+    }
+    if (a.error.is_some() || a.budget.is_some()) && matches!(a.technique, Technique::Reference) {
+        return Err(Failure::Request(
+            "--budget and --error: for techniques of passes; give --samples".into(),
+        ));
+    }
+    let steps = a.technique == Technique::Auto
+        || crate::cli::tradeoff::steps_of(&name(a.technique), (1, 1)).is_some();
+    let light = a.only != Only::Direct && a.effects.is_none() && a.quality == 0.0;
+    Ok(a.error.is_some() || a.budget.is_some() && !own && steps && light)
+}
+
+fn note_choice(a: &RenderArguments, choice: &chosen::Choice) {
+    if a.quiet {
+        return;
+    }
+    if !choice.fits {
+        eprintln!("note: no setting is expected to do that; this comes nearest");
+    }
+    eprintln!("note: chose {}", choice.text());
 }
 
 /// The technique that is asked for, or the one that suits the scene, with the reason.

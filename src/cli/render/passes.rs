@@ -1,6 +1,7 @@
 //! `twinlight render` by a technique of passes, on either backend.
 
-use super::{Only, Outcome, RenderArguments, Technique, name};
+use super::arguments::{Only, RenderArguments, Technique};
+use super::{Outcome, name};
 use crate::backend::{Backend, Cpu, Gpu};
 use crate::cli::options::ArithmeticChoice;
 use crate::cli::{Failure, table};

@@ -1,6 +1,7 @@
 //! `twinlight render --technique reference`.
 
-use super::{Only, Outcome, RenderArguments};
+use super::Outcome;
+use super::arguments::{Only, RenderArguments};
 use crate::cli::Failure;
 use crate::picture::Picture;
 use crate::scene::{Scene, bvh::Bvh};

@@ -7,7 +7,7 @@ use crate::cli::Failure;
 use crate::cli::options::{ArithmeticChoice, BackendOptions, build_tree};
 use crate::cli::render::{RenderArguments, parse_line, request_of};
 use crate::picture::Picture;
-use crate::plan::{Change, Request};
+use crate::plan::{Change, Plan, Request, Technique};
 use crate::renderer::Renderer;
 use crate::report::halves::Halves;
 use crate::scene::{Scene, bvh::Bvh};
@@ -90,26 +90,25 @@ impl Subject {
     pub(crate) fn measure(&mut self, trial: &Trial, repeats: u32) -> Result<Measured, Failure> {
         let a = self.arguments(trial)?;
         let request = request_of(&a, &self.view)?;
-        let splits = self.splits();
+        let parts = if self.splits() { Parts::Rendered } else { Parts::Subtracted };
         if a.scene.look.fit_spheres.is_some() || trial.words.iter().any(|w| w == "--fit-spheres") {
             // Another scene: with other proxies.
             let (scene, view) = a.scene.open()?;
             let request = Request { view, ..request };
             let mut other =
                 Self::of(self.words.clone(), scene, view, self.emissive, &self.backend, self.gpu)?;
-            return other.measure_request(&request, a.arithmetic(), splits, repeats);
+            return other.measure_request(&request, a.arithmetic(), parts, repeats);
         }
-        self.measure_request(&request, a.arithmetic(), splits, repeats)
+        self.measure_request(&request, a.arithmetic(), parts, repeats)
     }
 
     fn measure_request(
         &mut self,
         request: &Request,
         arithmetic: Option<ArithmeticChoice>,
-        splits: bool,
+        part: Parts,
         repeats: u32,
     ) -> Result<Measured, Failure> {
-        let part = if splits { Parts::Rendered } else { Parts::Subtracted };
         let (scene, tree) = (&self.scene, &self.tree);
         if !self.gpu {
             if self.cpu.is_none() {
@@ -126,6 +125,13 @@ impl Subject {
             *place = Some(Renderer::with_tree(gpu, scene.clone(), tree.clone())?);
         }
         place.as_mut().map_or_else(lost, |r| measure(r, request, part, repeats))
+    }
+
+    /// Measures one frame, on a GPU after one that warms up.
+    pub(crate) fn measure_briefly(&mut self, trial: &Trial) -> Result<Measured, Failure> {
+        let request = request_of(&self.arguments(trial)?, &self.view)?;
+        let repeats = u32::from(self.gpu);
+        self.measure_request(&request, None, Parts::Whole, repeats)
     }
 
     /// Traces paths on the CPU.
@@ -203,19 +209,21 @@ pub(crate) fn interrupted() -> Failure {
 /// How indirect light is told from all light.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Parts {
+    /// It is not.
+    Whole,
     /// A picture of its own.
     Rendered,
     /// What direct light leaves.
     Subtracted,
 }
 
-/// Seconds of a frame's passes, or of the wall where the device tells nothing of its passes.
-fn passes<B: Backend>(renderer: &mut Renderer<B>, plan: &crate::plan::Plan) -> Result<(f64, f64), Failure> {
+/// Seconds of a frame's passes, or of the wall where the device tells nothing of its passes; those of the wall; the picture.
+fn passes<B: Backend>(renderer: &mut Renderer<B>, plan: &Plan) -> Result<(f64, f64, Picture), Failure> {
     let begun = Instant::now();
     let frame = renderer.render(plan)?;
     let wall = begun.elapsed().as_secs_f64();
     let sum: f64 = frame.rendered.timings.iter().map(|t| t.nanoseconds * 1e-9).sum();
-    Ok((if sum.is_finite() { sum } else { wall }, wall))
+    Ok((if sum.is_finite() { sum } else { wall }, wall, frame.rendered.picture))
 }
 
 fn measure<B: Backend>(
@@ -228,14 +236,15 @@ fn measure<B: Backend>(
     // The first frame warms up: pipelines are made, pages touched.
     renderer.forget();
     renderer.backend_mut().log_allocations(true);
-    let warm = renderer.render(&plan);
+    let warm = passes(renderer, &plan);
     let bytes = renderer.backend_mut().take_allocations().iter().map(|a| a.bytes).sum();
     renderer.backend_mut().log_allocations(false);
-    let all = warm?.rendered.picture;
-    let (mut times, mut walls) = (Vec::new(), Vec::new());
+    let (seconds, wall, all) = warm?;
+    // Where nothing is repeated it counts all the same.
+    let (mut times, mut walls) = if repeats > 0 { (vec![], vec![]) } else { (vec![seconds], vec![wall]) };
     for _ in 0..repeats {
         renderer.forget();
-        let (seconds, wall) = passes(renderer, &plan)?;
+        let (seconds, wall, _) = passes(renderer, &plan)?;
         times.push(seconds);
         walls.push(wall);
         if walls.iter().sum::<f64>() > LONG && walls.len() >= 3 {
@@ -243,11 +252,12 @@ fn measure<B: Backend>(
         }
     }
     let mut camera = None;
-    if repeats > 0 {
+    if repeats > 0 && parts != Parts::Whole {
         renderer.touch(Change::Camera)?;
         camera = Some(passes(renderer, &plan)?.0);
     }
-    let indirect = if plan.gathers() { Some(indirect(renderer, request, parts, &all)?) } else { None };
+    let split = parts != Parts::Whole && plan.gathers();
+    let indirect = if split { Some(indirect(renderer, request, parts, &all)?) } else { None };
     if !all.pixels.iter().all(|p| p.is_finite()) {
         return Err(Failure::Work(format!(
             "{}: pixels that are not finite; please report the scene",
@@ -268,7 +278,7 @@ fn indirect<B: Backend>(
     request.job.light = if parts == Parts::Rendered { LightPart::Indirect } else { LightPart::Direct };
     if parts == Parts::Subtracted {
         // Straight light is the same for all knobs of a technique.
-        request.technique = crate::plan::Technique::Direct;
+        request.technique = Technique::Direct;
     }
     let plan = renderer.plan(&request).map_err(|e| Failure::Request(e.to_string()))?;
     let mut picture = renderer.render(&plan)?.rendered.picture;

@@ -8,6 +8,9 @@ mod record;
 mod run;
 mod sweep;
 
+pub(crate) use measure::Subject;
+pub(crate) use sweep::{Trial, steps_of};
+
 use super::Failure;
 use super::options::{BackendOptions, LookOptions};
 use super::render::Machine;

@@ -272,6 +272,11 @@ impl Sweep {
     }
 }
 
+/// A technique's defaults and its steps from quick to good; `None` for a technique that has none.
+pub(crate) fn steps_of(technique: &str, size: (u32, u32)) -> Option<Vec<Trial>> {
+    Some(SWEEPS.iter().find(|s| s.technique == technique)?.steps(size))
+}
+
 /// The path tracer with this many paths.
 pub(super) fn baseline(size: (u32, u32)) -> Vec<Trial> {
     BASELINE.iter().map(|n| trial("reference", "samples", n, &format!("--samples {n}"), size)).collect()

@@ -98,9 +98,10 @@ impl Cones for Voxels {
     }
 
     fn at(&self, ray: &Ray, distance: f32) -> Vec3 {
-        // From just before it on, the first voxels that are there stand for it.
+        // The first sample lies where something is; behind it the next voxels stand for it, if it has none.
         let width = (diameter(distance, ray.tangent) * self.params.width).max(1.0);
-        let params = ConeParams { start: (distance - 1.5 * width).max(0.0), ..self.params };
+        let start = (distance - 0.5 * width * self.params.step).max(0.0);
+        let params = ConeParams { start, ..self.params };
         let all = Ray { normal: Vec3::ZERO, ..*ray };
         let met = march(&params, &all, &Solid(self.medium()));
         if met.through < 1.0 {
