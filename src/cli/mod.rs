@@ -6,6 +6,7 @@ mod knobs;
 mod options;
 mod render;
 mod table;
+mod tradeoff;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -27,6 +28,8 @@ enum Command {
     Compare(Box<compare::CompareArguments>),
     /// List the GPU adapters, their limits, and whether they can run strict arithmetic
     Devices(devices::DevicesArguments),
+    /// Measure what accuracy costs
+    Tradeoff(tradeoff::TradeoffArguments),
 }
 
 /// Why the command ends without success.
@@ -82,6 +85,7 @@ pub fn main() -> ExitCode {
         Command::Explain(a) => render::explain(&a),
         Command::Compare(a) => compare::run(&a),
         Command::Devices(a) => devices::run(&a),
+        Command::Tradeoff(a) => tradeoff::run(&a),
     };
     let (code, message) = match result {
         Ok(()) => return ExitCode::SUCCESS,
