@@ -64,6 +64,8 @@ pub(crate) fn run(
             "--kernels measures both kinds of arithmetic and one thread; leave --arithmetic and --threads out".into(),
         ));
     }
+    // Minutes of measurements shall not be lost for a folder.
+    output.map_or(Ok(()), report::prepare)?;
     let mut devices = Devices::open(backend.adapter.as_deref())?;
     let rows = measure(&cases(&Settings::default()), &Settings::default(), &mut devices, quiet)?;
     let machine =

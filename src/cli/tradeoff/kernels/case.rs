@@ -84,6 +84,11 @@ impl Output for u32 {
     }
 }
 
+/// The word of an item that holds the only number.
+pub(super) fn number<const AT: usize>(words: &[u32]) -> [f32; 1] {
+    [f32::from_bits(words[AT])]
+}
+
 /// A kernel over arrays; its loop is compiled with it, so that the compiler may use SIMD as it may in a pass.
 pub(super) type Each<I, O> = Box<dyn Fn(&[I], &mut [O])>;
 
@@ -96,10 +101,16 @@ pub(super) fn each<I, O>(kernel: impl Fn(&I) -> O + 'static) -> Each<I, O> {
     })
 }
 
+/// What a pass does with inputs.
+pub(super) type Pass<I> = Box<dyn Fn(&[I]) -> Work>;
+
+/// The error of the result of input number i against float64.
+pub(super) type Against<I, O> = Box<dyn Fn(usize, &I, &O) -> f64>;
+
 /// How a GPU runs the kernel.
 pub(super) struct OnDevice<I, O> {
     /// The pass that evaluates these inputs.
-    pub work: Box<dyn Fn(&[I]) -> Work>,
+    pub work: Pass<I>,
     /// The kernel's result in the words of an item.
     pub read: fn(&[u32]) -> O,
     /// With division and square root in software, whatever the device can do.
@@ -113,8 +124,7 @@ pub(super) struct Case<I, O> {
     pub strict: Each<I, O>,
     /// Other ways on the CPU; what is called native is what strictness is compared with.
     pub others: Vec<(&'static str, Each<I, O>)>,
-    /// The error of the result of input number i against float64.
-    pub error: Box<dyn Fn(usize, &I, &O) -> f64>,
+    pub error: Against<I, O>,
     pub device: Option<OnDevice<I, O>>,
 }
 

@@ -1,7 +1,7 @@
 //! Rays against discs and triangles, hashes, sequences and directions.
 
 use super::Settings;
-use super::case::{Case, Head, Measure, NATIVE, OnDevice, Unit, each};
+use super::case::{Case, Head, Measure, NATIVE, OnDevice, Unit, each, number};
 use super::device::Work;
 use super::draw::{Random, list};
 use super::truth;
@@ -182,13 +182,12 @@ fn radical_inverse<const BASE: u32>(
         }
         x
     }
-    let lane = [0, 0, 0, 1, 1, 2, 2, 3][BASE as usize];
-    let read: [fn(&[u32]) -> [f32; 1]; 4] = [
-        |w| [f32::from_bits(w[0])],
-        |w| [f32::from_bits(w[1])],
-        |w| [f32::from_bits(w[2])],
-        |w| [f32::from_bits(w[3])],
-    ];
+    let read = match BASE {
+        2 => number::<0>,
+        3 => number::<1>,
+        5 => number::<2>,
+        _ => number::<3>,
+    };
     Box::new(Case {
         head: Head::new("radical inverse", &format!("base {BASE}"), "indices to 2^30", Unit::Absolute)
             .stated(6e-8),
@@ -199,7 +198,7 @@ fn radical_inverse<const BASE: u32>(
         device: sampling_pass(
             evaluate_sampling::function::RADICAL_INVERSE,
             |i: &u32| (UVec4::splat(*i), Vec4::ZERO),
-            read[lane],
+            read,
         ),
     })
 }

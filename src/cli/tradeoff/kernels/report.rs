@@ -174,10 +174,14 @@ fn markdown(machine: &Machine, rows: &[Row]) -> String {
     text
 }
 
-/// Writes kernels.json, kernels.csv and kernels.md into the folder, which is made if need be.
-pub(super) fn write(folder: &Path, machine: &Machine, rows: &[Row]) -> Result<(), Failure> {
+/// Makes the folder, if need be.
+pub(super) fn prepare(folder: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(folder)
-        .map_err(|e| Failure::Work(format!("cannot make {}: {e}", folder.display())))?;
+        .map_err(|e| Failure::Work(format!("cannot make {}: {e}", folder.display())))
+}
+
+/// Writes kernels.json, kernels.csv and kernels.md into the folder.
+pub(super) fn write(folder: &Path, machine: &Machine, rows: &[Row]) -> Result<(), Failure> {
     let object = serde_json::to_string_pretty(&object(machine, rows)).unwrap_or_default() + "\n";
     for (name, text) in
         [("kernels.json", object), ("kernels.csv", csv(rows)), ("kernels.md", markdown(machine, rows))]

@@ -1,7 +1,7 @@
 //! Gaussian lobes, depth windows and steps of cones.
 
 use super::Settings;
-use super::case::{Case, Each, Head, Measure, NATIVE, OnDevice, Unit, each};
+use super::case::{Case, Each, Head, Measure, NATIVE, OnDevice, Unit, each, number};
 use super::device::Work;
 use super::draw::list;
 use super::truth::{self, erf, relative};
@@ -26,11 +26,6 @@ pub(super) fn cases(settings: &Settings) -> Vec<Box<dyn Measure>> {
 }
 
 type One = [f32; 1];
-
-/// The word of an item that holds the only number.
-fn number<const AT: usize>(words: &[u32]) -> One {
-    [f32::from_bits(words[AT])]
-}
 
 /// A kernel of four numbers that gives one.
 fn scalar(

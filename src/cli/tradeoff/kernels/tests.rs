@@ -124,6 +124,7 @@ fn files_hold_every_row() {
     let folder = tempfile::tempdir().unwrap();
     let rows = rows_of(exp(math::exp).other(NATIVE, |x, _| x.exp()), &mut Devices::default());
     let machine = Machine { processor: "a processor".into(), adapter: None, notes: vec!["a note".into()] };
+    assert!(report::prepare(&folder.path().join("made")).is_ok());
     assert!(report::write(&folder.path().join("made"), &machine, &rows).is_ok());
     let read = |name: &str| std::fs::read_to_string(folder.path().join("made").join(name)).unwrap();
     let json: serde_json::Value = serde_json::from_str(&read("kernels.json")).unwrap();
