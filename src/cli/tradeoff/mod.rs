@@ -1,6 +1,7 @@
 //! `twinlight tradeoff`: what does accuracy cost in time?
 
 mod attribution;
+mod kernels;
 mod measure;
 mod page;
 mod plot;
@@ -21,8 +22,11 @@ use std::time::Duration;
 #[derive(Args)]
 pub(crate) struct TradeoffArguments {
     /// Scenes as for render; options of one alone may follow it in its argument: "sponza.glb --fov 60"
-    #[arg(required = true, value_name = "SCENE")]
+    #[arg(required_unless_present = "kernels", conflicts_with = "kernels", value_name = "SCENE")]
     scenes: Vec<String>,
+    /// Measure the kernels instead: their errors against 64-bit floats, and nanoseconds of a call
+    #[arg(long)]
+    kernels: bool,
     #[command(flatten)]
     look: LookOptions,
     #[command(flatten)]
@@ -61,8 +65,8 @@ pub(crate) struct TradeoffArguments {
     #[arg(long)]
     restart: bool,
     /// Folder of the report
-    #[arg(short, long, value_name = "DIR")]
-    output: PathBuf,
+    #[arg(short, long, required_unless_present = "kernels", value_name = "DIR")]
+    output: Option<PathBuf>,
     /// Print nothing but errors
     #[arg(long)]
     quiet: bool,
@@ -119,5 +123,9 @@ impl Folder {
 }
 
 pub(crate) fn run(a: &TradeoffArguments) -> Result<(), Failure> {
-    run::run(a)
+    match &a.output {
+        _ if a.kernels => kernels::run(&a.backend, a.output.as_deref(), a.json, a.quiet),
+        Some(output) => run::run(a, output),
+        None => Err(Failure::Request("--output: give a folder for the report".into())),
+    }
 }

@@ -9,6 +9,7 @@ use crate::picture::{Picture, write_whole};
 use crate::report::machine::processor;
 use glam::Vec3;
 use indicatif::{ProgressBar, ProgressStyle};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -22,21 +23,21 @@ pub(super) struct Session<'a> {
     begun: Instant,
 }
 
-pub(super) fn run(a: &TradeoffArguments) -> Result<(), Failure> {
+pub(super) fn run(a: &TradeoffArguments, output: &Path) -> Result<(), Failure> {
     let gpu = a.machine.is_gpu();
     let mut subjects = Vec::new();
     for text in &a.scenes {
         subjects.push(Subject::open(scene_words(a, text), &a.backend, gpu)?);
     }
     check_techniques(a)?;
-    let folder = Folder::make(&a.output)?;
+    let folder = Folder::make(output)?;
     let fresh = fresh_record(a, &subjects, gpu)?;
     let mut record = match Record::open(&folder.record())? {
         Some(old) if !a.restart && old.same_request(&fresh) => Record { runs: old.runs + 1, ..old },
         Some(_) if !a.restart => {
             return Err(Failure::Request(format!(
                 "{} has the report of another request; give --restart or another folder",
-                a.output.display()
+                output.display()
             )));
         }
         _ => fresh,
@@ -241,7 +242,7 @@ impl Session<'_> {
     pub(super) fn interrupted(&self) -> Failure {
         Failure::Work(format!(
             "interrupted; {} holds what was measured, and the same command goes on from there",
-            self.a.output.display()
+            self.folder.path.display()
         ))
     }
 
@@ -420,7 +421,7 @@ fn error_map(picture: &Picture, reference: &Picture, side: u32) -> Picture {
 }
 
 /// The fronts, as a table.
-fn summary(record: &Record, path: &std::path::Path) -> String {
+fn summary(record: &Record, path: &Path) -> String {
     let mut text = String::new();
     for scene in &record.scenes {
         text += &format!("{}: what no other setting beats, {} light\n", scene.name, scene.axis);

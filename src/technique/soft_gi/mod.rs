@@ -10,6 +10,7 @@ mod table;
 pub use settings::{Exponential, MAX_RECEIVERS, Operator, SoftGi};
 pub use surroundings::Surroundings;
 pub use table::{ENTRIES, exact_operator_table, log_occlusion_table, optimal_linear_table};
+pub(crate) use table::{gauss_legendre, logarithm};
 
 use super::gathered::{Gathered, picture};
 use super::gbuffer::GBuffer;

@@ -135,7 +135,7 @@ fn visibility(order: usize, u: f64) -> Vec<f64> {
 }
 
 /// log* of what a cap of key u leaves: zonal coefficients.
-fn logarithm(order: usize, u: f64) -> Vec<f64> {
+pub(crate) fn logarithm(order: usize, u: f64) -> Vec<f64> {
     spectral(&visibility(order, u), |x| x.max(LEAST_EIGENVALUE).ln())
 }
 
