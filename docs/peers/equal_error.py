@@ -320,8 +320,8 @@ def table(result):
         checks += ". **The noise is too near to the errors to tell times for them: raise --samples**"
     return "\n".join([*lines, "", (
         f"References, {result['samples']} paths: Twinlight's mean is {result['reference_mean_ratio']:.4f} of "
-        f"Mitsuba's, noise {100 * noise['twinlight']:.1f} % and {100 * noise['mitsuba']:.1f} %, relative RMSE between them "
-        f"{100 * result['reference_difference']:.1f} %. Means over Mitsuba's reference, most samples: {checks}."), ""])
+        f"Mitsuba's, noise {100 * noise['twinlight']:.1f} % and {100 * noise['mitsuba']:.1f} %, relative RMSE between "
+        f"them {100 * result['reference_difference']:.1f} %. Means over Mitsuba's reference, most samples: {checks}."), ""])
 
 
 def machine(a):

@@ -2,6 +2,7 @@
 
 mod composites;
 mod manifest;
+mod report;
 mod shaders;
 mod spirv;
 mod steps;
@@ -35,6 +36,18 @@ enum Command {
     Clippy,
     /// Build the documentation with warnings denied
     Doc,
+    /// Measure what accuracy costs in time, and write docs/tradeoff and the README's table from it
+    Report {
+        /// On the GPU instead of the CPU
+        #[arg(long)]
+        gpu: bool,
+        /// Leave out the kernels
+        #[arg(long)]
+        no_kernels: bool,
+        /// Measure nothing: write the table from the data that is there
+        #[arg(long)]
+        table: bool,
+    },
     /// Everything that CI runs: test, shaders check, fmt, clippy, doc
     Ci,
 }
@@ -46,6 +59,8 @@ fn main() -> ExitCode {
         Command::Fmt => steps::fmt(),
         Command::Clippy => steps::clippy(),
         Command::Doc => steps::doc(),
+        Command::Report { table: true, .. } => report::write_readme(),
+        Command::Report { gpu, no_kernels, .. } => report::report(gpu, !no_kernels),
         Command::Ci => steps::ci(),
     };
     match result {
