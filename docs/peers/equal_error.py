@@ -3,14 +3,12 @@
 
     equal_error.py --scenes FOLDER [--twinlight target/release/twinlight] [--only NAME] [--quick] [-o DIR]
 
-One bounce of indirect light on three scenes. Twinlight renders 512 x 512 pixels; both sides' pictures are compared
-at --side 128 pixels, each with a reference of its own renderer. Mitsuba renders by several methods with ever more
-samples, and the quickest one for the same error counts. Both are timed in turns within one run, on all cores.
-See README.md for what is compared. Needs mitsuba with LLVM, numpy and pillow, and a release build of Twinlight.
+One bounce of indirect light on three scenes, 512 x 512 pixels on both sides, compared pixel by pixel; and, in a
+second table, averages of 128 x 128, where Mitsuba samples just the 128 x 128 pixels. Both are timed in turns within
+one run, on all cores. See README.md for the method. Needs mitsuba with LLVM, numpy, pillow, and a release build.
 """
 
 import argparse
-import importlib.util
 import json
 import math
 import os
@@ -25,43 +23,40 @@ try:
     import numpy as np
 
     from compare_means import light_options, triple
-    from mitsuba_reference import Fail, build_scene, integrator, load_glb, mitsuba, read_exr, view_of, write_exr
+    from mitsuba_reference import Fail, build_scene, integrator, load_glb, mitsuba, read_exr, view_of
 except ImportError as e:
     print(f"equal_error: {e}; see docs/peers/README.md for what to install", file=sys.stderr)
     sys.exit(2)
 
-RENDERED = 512  # pixels along a side of Twinlight's pictures
-LANES = 1 << 30  # paths of one rendering of Mitsuba's, which has room for fewer than 2^32
+SIDES = (512, 128)  # pixels along a side: as rendered, and averaged for the second table
 
 SCENES = [
     {"name": "cornell-original", "eye": [0, 1, 3.4], "target": [0, 1, 0], "fov": 39,
      "light": {"kind": "point", "position": [0, 1.8, 0], "intensity": [2, 2, 2]},
-     "visibility-filter": [], "samples": 32768},  # heavy tails: the lamp is close under the ceiling
+     "visibility-filter": [], "samples": 256},  # heavy tails: the lamp is close under the ceiling
     {"name": "sponza", "eye": [-11, 1.7, -0.5], "target": [8, 4.5, 0], "fov": 60,
      "light": {"kind": "sun", "direction": [0.25, -1, 0.15], "intensity": [12, 11, 9.5]},
-     "visibility-filter": ["--proxies", "170000", "--grid", "32"], "samples": 8192},
+     "visibility-filter": ["--proxies", "170000", "--grid", "32"], "samples": 64},
     {"name": "sibenik", "eye": [-14, 4, 0], "target": [10, 7, 0], "fov": 65,
      "light": {"kind": "point", "position": [0, 8, 0], "intensity": [120, 115, 100]},
-     "visibility-filter": [], "samples": 8192},
+     "visibility-filter": [], "samples": 64},
 ]
 
 
 def contestants(scene):
-    """Technique and settings of every line of the table. The path tracer is among them to tell what is owed to the
-    technique and what to the program."""
+    """Technique and settings of each row; the path tracer, to tell what the technique does and what the program."""
     filter_ = scene["visibility-filter"]
     return [("visibility-filter", filter_), ("visibility-filter", [*filter_, "--rays", "4"]),
             ("voxel-cones", []), ("voxel-cones", ["--resolution", "256"]), ("layered-rsm", []),
             ("reference", ["--samples", "16"])]
 
 
-def twinlight(a, scene, technique, settings, output, side=RENDERED):
+def twinlight(a, scene, technique, settings, output):
     """What the command says, with the seconds it says it took and the wall time of the whole process."""
-    light = light_options(scene["light"])
     command = [a.twinlight, "render", scene["file"], "--technique", technique, "--bounces", "1", "--only", "indirect",
                f"--eye={triple(scene['eye'])}", f"--target={triple(scene['target'])}", "--fov", str(scene["fov"]),
-               "--no-scene-lights", f"{light[0]}={light[1]}", "--backend", "cpu", "--size", f"{side}x{side}", "--quiet",
-               "--json", "-o", output, *settings]
+               "--no-scene-lights", "=".join(light_options(scene["light"])), "--backend", "cpu", "--quiet", "--json",
+               "--size", f"{SIDES[0]}x{SIDES[0]}", "-o", output, *settings]
     start = time.perf_counter()
     run = subprocess.run(command, capture_output=True, text=True)
     wall = time.perf_counter() - start
@@ -80,9 +75,10 @@ print(float(mi.render(mi.load_dict(scene), spp=1).array[0]))"""
 
 def check_mitsuba():
     """In a process of its own, as an LLVM that is too old for Dr.Jit ends the process."""
-    if importlib.util.find_spec("mitsuba") is None:
+    run = subprocess.run([sys.executable, "-c", PROBE], capture_output=True, text=True)
+    if "No module named" in run.stderr:
         raise Fail("mitsuba is not installed; see docs/peers/README.md")
-    if subprocess.run([sys.executable, "-c", PROBE], capture_output=True).returncode:
+    if run.returncode:
         raise Fail("Mitsuba's llvm_ad_rgb does not work here: install a newer LLVM library (such as libllvm19) and "
                    "point DRJIT_LIBLLVM_PATH at it")
 
@@ -140,24 +136,20 @@ def second_bounce(mi, dr, masked):
 
 
 class Peer:
-    """Mitsuba on one scene: its methods, its reference, and its renderings with their time."""
+    """Mitsuba on one scene: references, and renderings with their time."""
 
-    def __init__(self, scene, side):
+    def __init__(self, scene):
         import drjit as dr
-        self.mi, self.dr, self.side = mitsuba("llvm_ad_rgb"), dr, side
+        self.mi, self.dr, self.sensors = mitsuba("llvm_ad_rgb"), dr, {}
+        self.mi.set_log_level(self.mi.LogLevel.Error)  # no word on every number of samples that gets rounded
         self.view = view_of({"up": [0, 1, 0], **scene})
-        self.scene, self.masked = build_scene(load_glb(scene["file"]), self.view, (side, side))
-        bounce, path = second_bounce(self.mi, dr, self.masked), integrator(self.mi, 1, self.masked)
-        self.direct = 0.0
-        self.methods = {  # integrator, side rendered, sampler, whether direct light has to be subtracted
-            "path": (path, side, "independent", True),
-            "path, multijitter": (path, side, "multijitter", True),
-            "bounce, multijitter": (bounce, side, "multijitter", False),
-            "bounce, ldsampler": (bounce, side, "ldsampler", False),
+        self.scene, self.masked = build_scene(load_glb(scene["file"]), self.view, SIDES[:1] * 2)
+        self.stock = "volpath" if self.masked else "path"
+        direct, path = (integrator(self.mi, bounces, self.masked) for bounces in (0, 1))
+        self.methods = {  # integrator, what to subtract, sampler
+            self.stock: (path, direct, "independent"),
+            "bounce": (second_bounce(self.mi, dr, self.masked), None, "multijitter"),
         }
-        if side < RENDERED:
-            self.methods[f"bounce, {RENDERED}x{RENDERED}"] = (bounce, RENDERED, "multijitter", False)
-        self.unstratified, self.sensors = (bounce, side, "independent", False), {}
 
     def sensor(self, side, sampler):
         if (side, sampler) not in self.sensors:
@@ -170,130 +162,142 @@ class Peer:
                 "sampler": {"type": sampler}})
         return self.sensors[side, sampler]
 
-    def render(self, method, spp, seed):
-        """The picture from `spp` samples for each compared pixel, and the seconds from the end of recording the
-        kernel to the end of its last run; the recording counts as part of compilation."""
-        integrator_, side, sampler, subtract = method
-        k = side // self.side
-        passes = -(-side * side * (spp // k ** 2) // LANES)
-        total, seconds = 0.0, 0.0
-        for i in range(passes):
-            image = self.mi.render(self.scene, sensor=self.sensor(side, sampler), integrator=integrator_,
-                                   spp=spp // k ** 2 // passes, seed=seed * 1024 + i)
-            start = time.perf_counter()
-            self.dr.eval(image)
-            self.dr.sync_thread()
-            seconds += time.perf_counter() - start
-            total = total + np.array(image, dtype=np.float64)[..., :3] / passes
-        return total.reshape(self.side, k, self.side, k, 3).mean((1, 3)) - (self.direct if subtract else 0), seconds
-
-    def make_references(self, samples):
-        """Direct light for `path` to subtract, stratified, so without noise to speak of; indirect light with
-        independent samples like Twinlight's, so that both references are about as noisy."""
-        passes = max(2, min(32, samples // 64))
-        direct = (integrator(self.mi, 0, self.masked), self.side, "multijitter", False)
-        self.direct = np.mean([self.render(direct, 256, 3_000_000 + i)[0] for i in range(max(4, samples // 1024))], 0)
-        stack = [self.render(self.unstratified, samples // passes, 2_000_000 + i)[0] for i in range(passes)]
-        self.reference = np.mean(stack, 0)
-        noise = math.sqrt((np.var(stack, 0, ddof=1) / passes).mean()) / self.reference.mean()
-        return self.reference, float(noise)
+    def render(self, name, side, spp, seed):
+        """The indirect light, the seconds of the kernels (not of recording and compiling them), and the samples of a
+        pixel, which multijitter may round up. From the stock integrator's picture, that of the same seed without the
+        bounce is taken, untimed: its camera rays and light samples are the same, so direct light cancels exactly."""
+        whole, direct, sampler = self.methods[name]
+        sensor = self.sensor(side, sampler)
+        image = self.mi.render(self.scene, sensor=sensor, integrator=whole, spp=spp, seed=seed)
+        start = time.perf_counter()
+        self.dr.eval(image)
+        self.dr.sync_thread()
+        seconds = time.perf_counter() - start
+        picture = np.array(image, dtype=np.float64)[..., :3]
+        if direct is not None:
+            less = self.mi.render(self.scene, sensor=sensor, integrator=direct, spp=spp, seed=seed)
+            picture = picture - np.array(less, dtype=np.float64)[..., :3]
+        return picture, seconds, sensor.sampler().sample_count()
 
 
-def error_of(picture, reference):
-    """Relative RMSE, and the ratio of means."""
+def averaged(picture, side):
     if not np.isfinite(picture).all():
         raise RuntimeError("a picture has pixels that are not finite")
-    mean = reference.mean()
-    return float(np.sqrt(((picture - reference) ** 2).mean()) / mean), float(picture.mean() / mean)
+    k = len(picture) // side
+    return picture.reshape(side, k, side, k, 3).mean((1, 3))
 
 
-def at_error(errors, values, target):
-    """The value (time or samples) at which the error is `target`: log-log between the neighbouring points, and by the
-    outermost two up to four times the last value; None beyond."""
-    pairs = [i for i in range(len(errors) - 1) if errors[i] > errors[i + 1] and values[i] < values[i + 1]]
-    if not pairs:
+def square(x, y, halves):
+    """Mean square error by two independent halves of a reference, whose noise adds nothing to it on average."""
+    return float(((x - halves[0]) * (y - halves[1])).mean())
+
+
+def relative(mean_square, halves):
+    """Relative RMSE; 0 where noise has made the estimate negative."""
+    return math.sqrt(max(mean_square, 0)) / float(np.mean(halves))
+
+
+def uncertainty(x, halves):
+    """Standard error of the RMSE, as a share of it; at most, as the error's own variation over pixels counts, too."""
+    products = ((x - halves[0]) * (x - halves[1])).mean(-1)
+    return float(products.std() / math.sqrt(products.size) / (2 * products.mean())) if products.mean() > 0 else 1.0
+
+
+def at_error(points, seconds, target):
+    """Samples and seconds at which the error is `target`, and whether that is beyond what was measured: log-log
+    between the neighbouring points; beyond, error as 1/sqrt(samples), up to four times as many or as few; else None."""
+    errors, samples = ([p[key] for p in points] for key in ("error", "samples"))
+    if target <= 0 or min(errors) <= 0:
         return None
-    i = next((i for i in pairs if errors[i] >= target >= errors[i + 1]), pairs[0] if target > errors[0] else pairs[-1])
-    share = math.log(target / errors[i]) / math.log(errors[i + 1] / errors[i])
-    value = values[i] * (values[i + 1] / values[i]) ** share
-    return value if values[0] / 4 <= value <= 4 * values[-1] else None
+    for i in range(len(points) - 1):
+        if errors[i] >= target >= errors[i + 1] and errors[i] > errors[i + 1]:
+            share = math.log(target / errors[i]) / math.log(errors[i + 1] / errors[i])
+            return *(of[i] * (of[i + 1] / of[i]) ** share for of in (samples, seconds)), False
+    i = 0 if target > errors[0] else -1
+    factor = (errors[i] / target) ** 2
+    return (samples[i] * factor, seconds[i] * factor, True) if 0.25 <= factor <= 4 else None
+
+
+def sample(peer, name, side, point, seed, halves):
+    x, seconds, point["samples"] = peer.render(name, side, point["samples"], seed)
+    x = averaged(x, side)
+    for key, value in (("seconds", seconds), ("squares", square(x, x, halves)), ("means", float(x.mean()))):
+        point.setdefault(key, []).append(value)
+    return x
+
+
+def climb(a, peer, name, side, halves, least):
+    """The first turn: ever four times as many samples, until the least error or --longest."""
+    peer.render(name, side, 1, 1)  # compiles
+    points, spp = [], 4
+    while True:
+        points.append({"samples": spp})
+        x, point = sample(peer, name, side, points[-1], 10 + len(points), halves), points[-1]
+        spp, needed = point["samples"], (relative(point["squares"][0], halves) / max(least, 1e-6)) ** 2
+        room = 2 ** 31 / side ** 2 / spp  # one rendering has room for fewer than 2^32 paths
+        following = int(spp * min(4, 1.1 * needed, a.longest / point["seconds"][0], room))
+        if following < 1.3 * spp:
+            return points, x
+        spp = following
 
 
 def measure(a, scene, folder):
-    """Everything about one scene."""
     def say(text): print(f"{scene['name']}: {text}", file=sys.stderr, flush=True)
-    picture = os.path.join(folder, f"{scene['name']}-twinlight.exr")
-
     say("references")
-    samples = a.samples or scene["samples"]
-    out = twinlight(a, scene, "reference", ["--samples", str(samples), "--seed", "977"], picture, a.side)
-    right = read_exr(picture)
-    noise, peer = 3 * out["indirect"]["pixel_standard_error"] / sum(out["indirect"]["mean"]), Peer(scene, a.side)
-    peer_right, peer_noise = peer.make_references(samples)
-    write_exr(os.path.join(folder, f"{scene['name']}-mitsuba.exr"), peer_right)
+    output, full = os.path.join(folder, "picture.exr"), SIDES[0]
+    samples, mine = a.samples or scene["samples"], []
+    for seed in (977, 978):
+        twinlight(a, scene, "reference", ["--samples", str(samples), "--seed", str(seed)], output)
+        mine.append(read_exr(output))
+    peer = Peer(scene)
+    theirs = [peer.render("bounce", full, samples, 2_000_000 + i)[0] for i in range(2)]
+    mine, theirs = ({side: [averaged(h, side) for h in halves] for side in SIDES} for halves in (mine, theirs))
 
-    rows = []
-    with tempfile.TemporaryDirectory() as tmp:
-        output, k = os.path.join(tmp, "picture.exr"), RENDERED // a.side
-        for technique, settings in contestants(scene):
-            say(f"{technique} {' '.join(settings)}")
-            twinlight(a, scene, technique, settings, output)
-            mine = read_exr(output).reshape(a.side, k, a.side, k, 3).mean((1, 3))
-            error, ratio = error_of(mine, right)
-            rows.append({"technique": technique, "settings": " ".join(settings), "error": error, "mean_ratio": ratio,
-                         "seconds": [], "wall": []})
+    rows = [{"technique": t, "settings": " ".join(s), "seconds": [], "wall": []} for t, s in contestants(scene)]
+    points, last = {}, {}
+    for turn in range(a.repeats):
+        say(f"turn {turn + 1} of {a.repeats}")
+        for row, (technique, settings) in zip(rows, contestants(scene)):
+            out = twinlight(a, scene, technique, settings, output)
+            for key in ("seconds", "wall"):
+                row[key].append(out[key])
+            for side in SIDES if turn == 0 else ():  # the later pictures are the same, bit by bit
+                x, halves = averaged(read_exr(output), side), mine[side]
+                row[side] = {"error": relative(square(x, x, halves), halves), "uncertainty": uncertainty(x, halves),
+                             "mean_ratio": float(x.mean() / np.mean(halves))}
+        for side, name in ((side, name) for side in SIDES for name in peer.methods):
+            if turn == 0:
+                points[side, name], x = climb(a, peer, name, side, theirs[side], min(r[side]["error"] for r in rows))
+                say(f"{name}, {side} x {side}: {', '.join(str(p['samples']) for p in points[side, name])} samples")
+            else:
+                for i, point in enumerate(points[side, name]):
+                    x = sample(peer, name, side, point, 1000 * turn + i, theirs[side])
+            last.setdefault((side, name), []).append(x)
 
-        # As many samples as it takes for the least error; the first rendering compiles the kernel.
-        least, points = min(r["error"] for r in rows), {}
-        for name, method in peer.methods.items():
-            points[name], spp = [], (method[1] // a.side) ** 2 if method[1] > a.side else 4
-            peer.render(method, spp, 2)
-            while True:
-                mine, seconds = peer.render(method, spp, 1)
-                points[name].append({"samples": spp, "seconds": [], "squares": [], "mean_ratios": []})
-                say(f"{name}: {spp} samples")
-                # the next one takes about four times as long
-                if error_of(mine, peer_right)[0] <= 0.97 * least or 4 * seconds > a.longest:
-                    break
-                spp *= 4
-
-        for turn in range(a.repeats):
-            say(f"turn {turn + 1} of {a.repeats}")
-            for row, (technique, settings) in zip(rows, contestants(scene)):
-                out = twinlight(a, scene, technique, settings, output)
-                row["seconds"].append(out["seconds"])
-                row["wall"].append(out["wall"])
-            for name, method in peer.methods.items():
-                for point in points[name]:
-                    mine, seconds = peer.render(method, point["samples"], 100 + turn)
-                    error, ratio = error_of(mine, peer_right)
-                    point["seconds"].append(seconds)
-                    point["squares"].append(error ** 2)
-                    point["mean_ratios"].append(ratio)
-
-    for point in (p for of in points.values() for p in of):
-        point["error"] = math.sqrt(statistics.mean(point.pop("squares")))  # RMS over the seeds
-        point["mean_ratio"] = statistics.mean(point.pop("mean_ratios"))
-    for row in rows:
-        row["peers"] = {name: equal(row, of) for name, of in points.items()}
-        known = [n for n, p in row["peers"].items() if p]
-        row["best"] = min(known, key=lambda n: row["peers"][n]["seconds"]) if known else None
-    return {"scene": scene["name"], "samples": samples, "masked": peer.masked, "rows": rows, "methods": points,
-            "reference_noise": {"twinlight": noise, "mitsuba": peer_noise},
-            "reference_mean_ratio": float(right.mean() / peer_right.mean()),
-            "reference_difference": error_of(right, peer_right)[0]}
+    for (side, name), of in points.items():
+        for point in of:
+            point["error"] = relative(statistics.mean(point.pop("squares")), theirs[side])
+            point["mean_ratio"] = statistics.mean(point.pop("means")) / float(np.mean(theirs[side]))
+        for row in rows:
+            row[side][name] = equal(row[side]["error"], row["seconds"], of)
+    pairs = [(x, y) for x in last[full, peer.stock] for y in last[full, peer.stock] if x is not y]
+    checks = {  # apart: what differs beyond noise, by products of independent differences
+        "noise": {who: {side: relative(((halves[side][0] - halves[side][1]) ** 2).mean() / 2, halves[side])
+                        for side in SIDES} for who, halves in (("twinlight", mine), ("mitsuba", theirs))},
+        "reference_mean_ratio": float(np.mean(mine[full]) / np.mean(theirs[full])),
+        "references_apart": {side: relative(square(*mine[side], theirs[side]), theirs[side]) for side in SIDES},
+        "stock_apart": pairs and relative(statistics.mean(square(*p, theirs[full]) for p in pairs), theirs[full])}
+    return {"scene": scene["name"], "samples": samples, "stock": peer.stock, "rows": rows, "checks": checks,
+            "methods": [{"side": side, "method": name, "points": of} for (side, name), of in points.items()]}
 
 
-def equal(row, points):
-    """Mitsuba's seconds by one method for the error of a row, or None where they are too far from all measured. Ratios
-    are taken within each turn, so that other work on the machine touches both sides."""
-    errors = [p["error"] for p in points]
-    turns = [at_error(errors, [p["seconds"][i] for p in points], row["error"]) for i in range(len(row["seconds"]))]
-    seconds = at_error(errors, [statistics.median(p["seconds"]) for p in points], row["error"])
-    if seconds is None or None in turns:
+def equal(error, ours, points):
+    """Mitsuba's seconds for an error, or None; ratios within each turn, as other work then touches both sides."""
+    found = at_error(points, [statistics.median(p["seconds"]) for p in points], error)
+    if found is None:
         return None
-    ratios = [t / s for t, s in zip(turns, row["seconds"])]
-    return {"seconds": seconds, "samples": at_error(errors, [p["samples"] for p in points], row["error"]),
+    ratios = [at_error(points, [p["seconds"][i] for p in points], error)[1] / s for i, s in enumerate(ours)]
+    return {"samples": found[0], "seconds": found[1], "extrapolated": found[2],
             "ratio": statistics.median(ratios), "ratio_range": [min(ratios), max(ratios)]}
 
 
@@ -302,30 +306,35 @@ def number(x, digits=2):
 
 
 def table(result):
-    noise = result["reference_noise"]
-    lines = [f"### {result['scene']}", "",
-             "| technique | settings | error | mean ratio | Twinlight s | with loading | Mitsuba s | by | samples "
-             "| ratio | `path` s | ratio |", "|---|---|---|---|---|---|---|---|---|---|---|---|"]
-    for r in result["rows"]:
-        best, plain = (r["peers"][n] if n else None for n in (r["best"], "path"))
-        best, plain = best or {}, plain or {}
-        lines.append(
-            f"| {r['technique']} | {'`' + r['settings'] + '`' if r['settings'] else ''} | {100 * r['error']:.1f} % "
-            f"| {r['mean_ratio']:.3f} | {number(statistics.median(r['seconds']), 3)} "
-            f"| {number(statistics.median(r['wall']), 3)} | {number(best.get('seconds'), 3)} | {r['best'] or '–'} "
-            f"| {number(best.get('samples'), 3)} | **{number(best.get('ratio'))}** "
-            f"| {number(plain.get('seconds'), 3)} | {number(plain.get('ratio'))} |")
-    checks = ", ".join(f"{n}: {of[-1]['mean_ratio']:.4f}" for n, of in result["methods"].items())
-    if max(noise.values()) > 0.5 * min(r["error"] for r in result["rows"]):
-        checks += ". **The noise is too near to the errors to tell times for them: raise --samples**"
+    checks, stock, lines = result["checks"], result["stock"], [f"### {result['scene']}"]
+    for side in SIDES:
+        lines += ["", f"Compared at {side} × {side}:", "",
+                  f"| technique | settings | error | mean ratio | Twinlight s | `{stock}` samples | `{stock}` s "
+                  "| ratio (range) | `bounce` samples | `bounce` s | ratio |", "|---" * 11 + "|"]
+        for r in result["rows"]:
+            cells = []
+            for p in (r[side][stock], r[side]["bounce"]):
+                cells += [number(p["samples"], 3), number(p["seconds"], 3) + "\\*" * p["extrapolated"],
+                          number(p["ratio"])] if p else ["–"] * 3
+            if r[side][stock]:
+                cells[2] = f"**{cells[2]}** ({' to '.join(number(x) for x in r[side][stock]['ratio_range'])})"
+            lines.append(f"| {r['technique']} | {r['settings'] and '`' + r['settings'] + '`'} "
+                         f"| {100 * r[side]['error']:.1f} % | {r[side]['mean_ratio']:.3f} "
+                         f"| {number(statistics.median(r['seconds']), 3)} | {' | '.join(cells)} |")
+    def percents(of): return " and ".join(f"{100 * of[side]:.1f} %" for side in SIDES)
+    worst, noise = max(r[side]["uncertainty"] for r in result["rows"] for side in SIDES), checks["noise"]
+    means = ", ".join(f"`{m['method']}` {m['points'][-1]['mean_ratio']:.4f}" for m in result["methods"][:2])
+    if checks["stock_apart"] != []:
+        means += f" (`{stock}` differs beyond noise by {100 * checks['stock_apart']:.1f} %)"
     return "\n".join([*lines, "", (
-        f"References, {result['samples']} paths: Twinlight's mean is {result['reference_mean_ratio']:.4f} of "
-        f"Mitsuba's, noise {100 * noise['twinlight']:.1f} % and {100 * noise['mitsuba']:.1f} %, relative RMSE between "
-        f"them {100 * result['reference_difference']:.1f} %. Means over Mitsuba's reference, most samples: {checks}."), ""])
+        f"References: 2 × {result['samples']} paths a pixel. Noise of one half, which adds nothing to the errors: "
+        f"Twinlight {percents(noise['twinlight'])}, Mitsuba {percents(noise['mitsuba'])}. Twinlight's errors are "
+        f"known to {100 * worst:.1f} % of themselves or better. Between the references beyond noise: "
+        f"{percents(checks['references_apart'])}; ratio of means {checks['reference_mean_ratio']:.4f}. Mean over "
+        f"Mitsuba's reference at most samples: {means}."), ""])
 
 
 def machine(a):
-    """What it ran on and which versions."""
     import drjit as dr
     mi, cpu = mitsuba("llvm_ad_rgb"), platform.processor() or platform.machine()
     if os.path.exists("/proc/cpuinfo"):
@@ -343,56 +352,48 @@ def main():
     ap.add_argument("--scenes", required=True, help="folder of cornell-original.glb, sponza.glb, sibenik.glb")
     ap.add_argument("--twinlight", default=os.path.normpath(beside))
     ap.add_argument("--only", action="append", choices=[s["name"] for s in SCENES], help="this scene; repeatable")
-    ap.add_argument("--side", type=int, default=128, help="pixels along a side of what is compared")
-    ap.add_argument("--samples", type=int, help="paths per compared pixel of the references (8192; Cornell box 32768)")
-    ap.add_argument("--repeats", type=int, help="turns, each with another seed for Mitsuba (7)")
-    ap.add_argument("--longest", type=float, help="seconds that one rendering of Mitsuba's may take (60)")
-    ap.add_argument("--quick", action="store_true", help="1024 paths, 2 turns, 4 seconds: to try it out")
-    ap.add_argument("-o", "--output", help="folder for equal_error.json, equal_error.md and the references")
+    ap.add_argument("--samples", type=int, help="paths a pixel of each half of the references (64; Cornell 256)")
+    ap.add_argument("--repeats", type=int, help="turns, each with other seeds for Mitsuba (3)")
+    ap.add_argument("--longest", type=float, help="seconds that one rendering of Mitsuba's may take (14)")
+    ap.add_argument("--quick", action="store_true", help="16 paths, 1 turn, 2 seconds: to try it out")
+    ap.add_argument("-o", "--output", help="folder for equal_error.json and equal_error.md")
     a = ap.parse_args()
-    for name, value in zip(("samples", "repeats", "longest"), (1024, 2, 4.0) if a.quick else (None, 7, 60.0)):
+    for name, value, quick in (("samples", None, 16), ("repeats", 3, 1), ("longest", 14.0, 2.0)):
         if getattr(a, name) is None:
-            setattr(a, name, value)
-    if a.side < 16 or RENDERED % a.side:
-        raise Fail(f"--side must divide {RENDERED} and be at least 16")
-    if (a.samples is not None and a.samples < 128) or a.repeats < 1 or a.longest <= 0:
-        raise Fail("--samples must be at least 128, --repeats at least 1 and --longest above 0")
-    if not os.path.isfile(a.twinlight):
-        raise Fail(f"{a.twinlight} is not there; run 'cargo build --release', or give --twinlight PATH")
+            setattr(a, name, quick if a.quick else value)
+    if (a.samples is not None and not 4 <= a.samples <= 4096) or a.repeats < 1 or not 0 < a.longest < 3600:
+        raise Fail("--samples must be from 4 to 4096, --repeats at least 1, and --longest above 0 and below 3600")
     scenes = [{**s, "file": os.path.join(a.scenes, s["name"] + ".glb")} for s in SCENES
               if not a.only or s["name"] in a.only]
-    for s in scenes:
-        if not os.path.isfile(s["file"]):
-            raise Fail(f"{s['file']} is not there; choose scenes with --only, or another folder with --scenes")
+    for path, hint in ((a.twinlight, "run 'cargo build --release', or give --twinlight PATH"),
+                       *((s["file"], "choose scenes with --only, or another folder with --scenes") for s in scenes)):
+        if not os.path.isfile(path):
+            raise Fail(f"{path} is not there; {hint}")
     check_mitsuba()
 
     of = machine(a)
     head = (f"{of['cpu']}, {of['cores']} cores; {of['twinlight']}, Mitsuba {of['mitsuba']} ({of['variant']}, "
-            f"{of['mitsuba_threads']} threads); {a.repeats} turns; compared at {a.side} x {a.side}\n")
+            f"{of['mitsuba_threads']} threads); {a.repeats} turns. Ratio: Mitsuba's seconds over Twinlight's, above 1 "
+            "where Twinlight is quicker. *: beyond the samples measured, by 1/√samples. –: further than that.\n")
     print(head, flush=True)
-    with tempfile.TemporaryDirectory() as tmp:
-        if a.output:
-            os.makedirs(a.output, exist_ok=True)
-        results, text = [], head
-        for scene in scenes:
-            results.append(measure(a, scene, a.output or tmp))
-            print(table(results[-1]), flush=True)
-            text += "\n" + table(results[-1])
-            if a.output:  # after every scene, so that an interrupted run leaves the finished ones
-                settings = {k: getattr(a, k) for k in ("side", "samples", "repeats", "longest", "quick")}
-                with open(os.path.join(a.output, "equal_error.json"), "w") as f:
-                    json.dump({"machine": of, "settings": settings, "scenes": results}, f, indent=1)
-                with open(os.path.join(a.output, "equal_error.md"), "w") as f:
-                    f.write(text)
+    settings, results, text = {k: getattr(a, k) for k in ("samples", "repeats", "longest", "quick")}, [], head
+    os.makedirs(a.output or ".", exist_ok=True)
+    for scene in scenes:
+        with tempfile.TemporaryDirectory() as folder:
+            results.append(measure(a, scene, folder))
+        print(table(results[-1]), flush=True)
+        text += "\n" + table(results[-1])
+        if a.output:  # after every scene, so that an interrupted run leaves the finished ones
+            everything = json.dumps({"machine": of, "settings": settings, "scenes": results}, indent=1)
+            for name, content in (("equal_error.json", everything), ("equal_error.md", text)):
+                with open(os.path.join(a.output, name), "w", encoding="utf-8") as f:
+                    f.write(content)
     return 0
 
 
 if __name__ == "__main__":
     try:
         sys.exit(main())
-    except Fail as e:
-        print(f"equal_error: {e}", file=sys.stderr)
-        sys.exit(2)
-    except (OSError, RuntimeError) as e:
+    except (Fail, OSError, RuntimeError) as e:
         print(f"equal_error: {' '.join(str(e).split())}", file=sys.stderr)
-        sys.exit(1)
+        sys.exit(2 if isinstance(e, Fail) else 1)

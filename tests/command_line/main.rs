@@ -11,6 +11,7 @@ mod pictures;
 mod plans;
 mod refusals;
 mod signals;
+mod tradeoff;
 
 use std::collections::BTreeMap;
 use std::path::Path;

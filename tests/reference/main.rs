@@ -12,3 +12,4 @@ mod lights;
 mod lobe;
 mod run;
 mod sky;
+mod stages;

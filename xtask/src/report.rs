@@ -24,7 +24,7 @@ const SUBJECTS: [Subject; 4] = [
         scene: "sponza.glb --eye=-11,1.7,-0.5 --target=8,4.5,0 --fov=60 --sun=0.25,-1,0.15:12,11,9.5 --no-scene-lights",
         file: Some("sponza.glb"),
         pictures: "front",
-        credit: "Sponza: Frank Meinl, Crytek; after Marko Dabrović",
+        credit: "Sponza: © 2010 Frank Meinl, Crytek, after Marko Dabrović's model of 2002; corrections by Morgan McGuire; CC BY 3.0",
     },
     Subject {
         folder: "sibenik",
@@ -53,7 +53,14 @@ pub fn report(gpu: bool, kernels: bool) -> Result<(), String> {
         }
         println!("== {}", s.folder);
         let mut command = Command::new(&twinlight);
-        command.current_dir(&folder).args(["tradeoff", s.scene, "--size", "256x256", "--pictures", s.pictures]);
+        command.current_dir(&folder).args([
+            "tradeoff",
+            s.scene,
+            "--size",
+            "256x256",
+            "--pictures",
+            s.pictures,
+        ]);
         command.args(["--credit", s.credit, "-o"]).arg(out.join(s.folder));
         if gpu {
             command.args(["--backend", "gpu"]);

@@ -64,7 +64,7 @@ pub(super) fn run(a: &RenderArguments, (first, last): (u32, u32)) -> Result<(), 
     }
     if a.budget.is_some() || a.error.is_some() {
         return Err(Failure::Request(
-            "--budget and --error: trials differ from run to run, and frames would too; find the effects with one picture and give --effects"
+            "--budget and --error: trials differ from run to run, and frames would too; find knobs and effects with one picture, and give them and --effects"
                 .into(),
         ));
     }

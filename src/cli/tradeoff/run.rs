@@ -30,8 +30,8 @@ pub(super) fn run(a: &TradeoffArguments, output: &Path) -> Result<(), Failure> {
         subjects.push(Subject::open(scene_words(a, text), &a.backend, gpu)?);
     }
     check_techniques(a)?;
-    let folder = Folder::make(output)?;
     let fresh = fresh_record(a, &subjects, gpu)?;
+    let folder = Folder::make(output)?;
     let mut record = match Record::open(&folder.record())? {
         Some(old) if !a.restart && old.same_request(&fresh) => Record { runs: old.runs + 1, ..old },
         Some(_) if !a.restart => {
@@ -111,7 +111,8 @@ fn fresh_record(a: &TradeoffArguments, subjects: &[Subject], gpu: bool) -> Resul
         while scenes.iter().any(|other| other.name == name) {
             name.push('+');
         }
-        let indirect = technique_names(a, s).any(|t| !matches!(t, "soft-gi" | "reference"));
+        // Where only surroundings shine, most light is straight.
+        let indirect = !s.scene.lights.is_empty() && technique_names(a, s).any(|t| t != "soft-gi");
         scenes.push(SceneRecord {
             name,
             view: s.words[1..].join(" "),
