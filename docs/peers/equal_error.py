@@ -204,18 +204,19 @@ def uncertainty(x, halves):
 
 
 def at_error(points, seconds, target):
-    """Samples and seconds at which the error is `target`, and whether that is beyond what was measured: log-log
-    between the neighbouring points; beyond, error as 1/sqrt(samples), up to four times as many or as few; else None."""
+    """Samples and seconds at which the error is `target`, and a mark: log-log between the neighbouring points; beyond
+    them (*), error as 1/sqrt(samples), up to four times as many or as few; further off, a bound (> or <)."""
     errors, samples = ([p[key] for p in points] for key in ("error", "samples"))
     if target <= 0 or min(errors) <= 0:
         return None
     for i in range(len(points) - 1):
         if errors[i] >= target >= errors[i + 1] and errors[i] > errors[i + 1]:
             share = math.log(target / errors[i]) / math.log(errors[i + 1] / errors[i])
-            return *(of[i] * (of[i + 1] / of[i]) ** share for of in (samples, seconds)), False
+            return *(of[i] * (of[i + 1] / of[i]) ** share for of in (samples, seconds)), ""
     i = 0 if target > errors[0] else -1
     factor = (errors[i] / target) ** 2
-    return (samples[i] * factor, seconds[i] * factor, True) if 0.25 <= factor <= 4 else None
+    mark, factor = "<" if factor < 0.25 else ">" if factor > 4 else "*", min(max(factor, 0.25), 4)
+    return samples[i] * factor, seconds[i] * factor, mark
 
 
 def sample(peer, name, side, point, seed, halves):
@@ -252,7 +253,6 @@ def measure(a, scene, folder):
     peer = Peer(scene)
     theirs = [peer.render("bounce", full, samples, 2_000_000 + i)[0] for i in range(2)]
     mine, theirs = ({side: [averaged(h, side) for h in halves] for side in SIDES} for halves in (mine, theirs))
-
     rows = [{"technique": t, "settings": " ".join(s), "seconds": [], "wall": []} for t, s in contestants(scene)]
     points, last = {}, {}
     for turn in range(a.repeats):
@@ -273,7 +273,6 @@ def measure(a, scene, folder):
                 for i, point in enumerate(points[side, name]):
                     x = sample(peer, name, side, point, 1000 * turn + i, theirs[side])
             last.setdefault((side, name), []).append(x)
-
     for (side, name), of in points.items():
         for point in of:
             point["error"] = relative(statistics.mean(point.pop("squares")), theirs[side])
@@ -297,7 +296,7 @@ def equal(error, ours, points):
     if found is None:
         return None
     ratios = [at_error(points, [p["seconds"][i] for p in points], error)[1] / s for i, s in enumerate(ours)]
-    return {"samples": found[0], "seconds": found[1], "extrapolated": found[2],
+    return {"samples": found[0], "seconds": found[1], "mark": found[2],
             "ratio": statistics.median(ratios), "ratio_range": [min(ratios), max(ratios)]}
 
 
@@ -314,8 +313,9 @@ def table(result):
         for r in result["rows"]:
             cells = []
             for p in (r[side][stock], r[side]["bounce"]):
-                cells += [number(p["samples"], 3), number(p["seconds"], 3) + "\\*" * p["extrapolated"],
-                          number(p["ratio"])] if p else ["–"] * 3
+                form = {"*": "{}\\*", ">": "> {}", "<": "< {}"}.get(p and p["mark"], "{}")
+                cells += [form.format(number(p and p[key], digits)) for key, digits in
+                          (("samples", 3), ("seconds", 3), ("ratio", 2))]
             if r[side][stock]:
                 cells[2] = f"**{cells[2]}** ({' to '.join(number(x) for x in r[side][stock]['ratio_range'])})"
             lines.append(f"| {r['technique']} | {r['settings'] and '`' + r['settings'] + '`'} "
@@ -354,11 +354,11 @@ def main():
     ap.add_argument("--only", action="append", choices=[s["name"] for s in SCENES], help="this scene; repeatable")
     ap.add_argument("--samples", type=int, help="paths a pixel of each half of the references (64; Cornell 256)")
     ap.add_argument("--repeats", type=int, help="turns, each with other seeds for Mitsuba (3)")
-    ap.add_argument("--longest", type=float, help="seconds that one rendering of Mitsuba's may take (14)")
+    ap.add_argument("--longest", type=float, help="seconds that one rendering of Mitsuba's may take (12)")
     ap.add_argument("--quick", action="store_true", help="16 paths, 1 turn, 2 seconds: to try it out")
     ap.add_argument("-o", "--output", help="folder for equal_error.json and equal_error.md")
     a = ap.parse_args()
-    for name, value, quick in (("samples", None, 16), ("repeats", 3, 1), ("longest", 14.0, 2.0)):
+    for name, value, quick in (("samples", None, 16), ("repeats", 3, 1), ("longest", 12.0, 2.0)):
         if getattr(a, name) is None:
             setattr(a, name, quick if a.quick else value)
     if (a.samples is not None and not 4 <= a.samples <= 4096) or a.repeats < 1 or not 0 < a.longest < 3600:
@@ -374,7 +374,7 @@ def main():
     of = machine(a)
     head = (f"{of['cpu']}, {of['cores']} cores; {of['twinlight']}, Mitsuba {of['mitsuba']} ({of['variant']}, "
             f"{of['mitsuba_threads']} threads); {a.repeats} turns. Ratio: Mitsuba's seconds over Twinlight's, above 1 "
-            "where Twinlight is quicker. *: beyond the samples measured, by 1/√samples. –: further than that.\n")
+            "where Twinlight is quicker. *: beyond measured samples, by 1/√samples. >: more than four times them.\n")
     print(head, flush=True)
     settings, results, text = {k: getattr(a, k) for k in ("samples", "repeats", "longest", "quick")}, [], head
     os.makedirs(a.output or ".", exist_ok=True)

@@ -44,6 +44,9 @@ enum Command {
         /// Leave out the kernels
         #[arg(long)]
         no_kernels: bool,
+        /// Begin no measurement of a scene after this time, such as 8m
+        #[arg(long)]
+        limit: Option<String>,
         /// Measure nothing: write the table from the data that is there
         #[arg(long)]
         table: bool,
@@ -60,7 +63,7 @@ fn main() -> ExitCode {
         Command::Clippy => steps::clippy(),
         Command::Doc => steps::doc(),
         Command::Report { table: true, .. } => report::write_readme(),
-        Command::Report { gpu, no_kernels, .. } => report::report(gpu, !no_kernels),
+        Command::Report { gpu, no_kernels, limit, .. } => report::report(gpu, !no_kernels, limit.as_deref()),
         Command::Ci => steps::ci(),
     };
     match result {

@@ -37,7 +37,7 @@ const SUBJECTS: [Subject; 4] = [
 ];
 
 /// Measures everything again, on the CPU or the GPU, and writes `docs/tradeoff` and the README's table.
-pub fn report(gpu: bool, kernels: bool) -> Result<(), String> {
+pub fn report(gpu: bool, kernels: bool, limit: Option<&str>) -> Result<(), String> {
     let build = Command::new("cargo").args(["build", "--release"]).current_dir(root()).status();
     if !build.is_ok_and(|s| s.success()) {
         return Err("the release build failed".into());
@@ -65,6 +65,7 @@ pub fn report(gpu: bool, kernels: bool) -> Result<(), String> {
         if gpu {
             command.args(["--backend", "gpu"]);
         }
+        command.args(limit.map(|l| ["--time-limit", l]).into_iter().flatten());
         run(command)?;
     }
     if kernels {

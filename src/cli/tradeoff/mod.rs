@@ -4,6 +4,7 @@ mod attribution;
 mod kernels;
 mod measure;
 mod page;
+mod pictures;
 mod plot;
 mod record;
 mod run;

@@ -1,13 +1,13 @@
 //! In which order is what tried, and what becomes of it?
 
 use super::measure::{Measured, Right, Subject, interrupted};
+use super::pictures::exposure;
 use super::record::{Point, Record, Reference, SceneRecord};
 use super::sweep::{self, Needs, SWEEPS, Trial};
 use super::{Folder, Pictures, TradeoffArguments, attribution, page, plot};
 use crate::cli::{Failure, print_out};
 use crate::picture::{Picture, write_whole};
 use crate::report::machine::processor;
-use glam::Vec3;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::Path;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use std::time::Instant;
 /// What a run has at hand.
 pub(super) struct Session<'a> {
     pub(super) a: &'a TradeoffArguments,
-    folder: Folder,
+    pub(super) folder: Folder,
     pub(super) stop: Arc<AtomicBool>,
     bar: ProgressBar,
     begun: Instant,
@@ -167,8 +167,8 @@ fn technique_names<'a>(a: &'a TradeoffArguments, s: &Subject) -> impl Iterator<I
 }
 
 impl Session<'_> {
-    /// All trials of a scene, the most telling first.
-    fn trials(&self, s: &Subject) -> Vec<Trial> {
+    /// All trials of a scene: defaults, steps and the path tracer; then one knob after the other, in turns of the techniques.
+    fn trials(&self, s: &Subject) -> (Vec<Trial>, Vec<Trial>) {
         let size = (s.view.width, s.view.height);
         let names: Vec<&str> = technique_names(self.a, s).collect();
         let sweeps: Vec<_> = SWEEPS.iter().filter(|x| names.contains(&x.technique)).collect();
@@ -180,26 +180,55 @@ impl Session<'_> {
             Needs::Fitted => fitted,
             Needs::Gpu => self.a.machine.is_gpu(),
         };
-        let mut trials: Vec<Trial> = sweeps.iter().flat_map(|x| x.steps(size)).collect();
+        let mut first: Vec<Trial> = sweeps.iter().flat_map(|x| x.steps(size)).collect();
         if names.contains(&"reference") {
-            trials.extend(sweep::baseline(size));
+            first.extend(sweep::baseline(size));
         }
-        if !self.a.steps_only {
-            trials.extend(sweeps.iter().flat_map(|x| x.single(size, has)));
+        let mut queues: Vec<_> = sweeps.iter().map(|x| x.single(size, has).into_iter()).collect();
+        let mut single = Vec::new();
+        while !self.a.steps_only {
+            let before = single.len();
+            single.extend(queues.iter_mut().filter_map(Iterator::next));
+            if single.len() == before {
+                break;
+            }
         }
-        trials
+        (first, single)
     }
 
     fn scene(&self, subject: &mut Subject, record: &mut Record, index: usize) -> Result<(), Failure> {
-        let trials = self.trials(subject);
+        let (first, single) = self.trials(subject);
         let name = record.scenes[index].name.clone();
-        self.bar.set_length(trials.len() as u64);
+        self.bar.set_length((first.len() + single.len()) as u64);
         self.bar.set_position(0);
         self.bar.set_message(format!("{name}: reference"));
         let right = self.reference(subject, record, index)?;
-        let coarse = right.averaged(self.a.block);
         record.save(&self.folder.record())?;
-        for trial in &trials {
+        self.all(&first, subject, record, index, &right)?;
+        if !self.a.no_attribution {
+            self.bar.set_message(format!("{name}: stages"));
+            attribution::attribute(self, subject, &mut record.scenes[index], &right)?;
+            record.save(&self.folder.record())?;
+        }
+        self.all(&single, subject, record, index, &right)?;
+        if self.late() && !self.a.quiet {
+            eprintln!("note: the time limit is over; the same command goes on from here");
+        }
+        Ok(())
+    }
+
+    /// Measures what is not measured yet.
+    fn all(
+        &self,
+        trials: &[Trial],
+        subject: &mut Subject,
+        record: &mut Record,
+        index: usize,
+        right: &Right,
+    ) -> Result<(), Failure> {
+        let name = record.scenes[index].name.clone();
+        let coarse = right.averaged(self.a.block);
+        for trial in trials {
             self.bar.inc(1);
             if record.scenes[index].has(trial) {
                 continue;
@@ -208,9 +237,6 @@ impl Session<'_> {
                 return Err(self.interrupted());
             }
             if self.late() {
-                if !self.a.quiet {
-                    eprintln!("note: the time limit is over; the same command goes on from here");
-                }
                 break;
             }
             self.bar.set_message(format!("{name}: {} {}", trial.technique, trial.settings()));
@@ -227,17 +253,12 @@ impl Session<'_> {
             };
             let scene = &mut record.scenes[index];
             let id = scene.points.len();
-            scene.points.push(self.point(subject, trial, id, &measured, (&right, &coarse), record.runs));
+            scene.points.push(self.point(subject, trial, id, &measured, (right, &coarse), record.runs));
             scene.mark_front();
-            self.keep_pictures(&scene.name, id, &measured, &right)?;
+            self.keep_pictures(&scene.name, id, &measured, right)?;
             record.save(&self.folder.record())?;
         }
-        if self.a.no_attribution {
-            return Ok(());
-        }
-        self.bar.set_message(format!("{name}: stages"));
-        attribution::attribute(self, subject, &mut record.scenes[index], &right)?;
-        record.save(&self.folder.record())
+        Ok(())
     }
 
     pub(super) fn interrupted(&self) -> Failure {
@@ -345,30 +366,6 @@ impl Session<'_> {
         Ok(right)
     }
 
-    /// Keeps the pictures behind a point.
-    fn keep_pictures(&self, scene: &str, id: usize, m: &Measured, right: &Right) -> Result<(), Failure> {
-        if self.a.pictures == Pictures::None {
-            return Ok(());
-        }
-        let all = right.all.mean();
-        self.keep(scene, &format!("{id}.all"), &m.all, exposure(all))?;
-        let (picture, reference) = match &m.indirect {
-            Some(indirect) => {
-                let reference = right.indirect.mean();
-                self.keep(scene, &format!("{id}.indirect"), indirect, exposure(reference))?;
-                (indirect, reference)
-            }
-            None => (&m.all, all),
-        };
-        self.keep(scene, &format!("{id}.error"), &error_map(picture, reference, self.a.block), 0.0)
-    }
-
-    fn keep(&self, scene: &str, name: &str, picture: &Picture, exposure: f32) -> Result<(), Failure> {
-        let bytes =
-            picture.jpeg(exposure).map_err(|e| Failure::Work(format!("cannot encode a picture: {e}")))?;
-        Ok(write_whole(&self.folder.picture(scene, name), &bytes)?)
-    }
-
     /// Writes what people look at, and drops pictures that were not asked for.
     fn finish(&self, record: &Record) -> Result<(), Failure> {
         let path = &self.folder.path;
@@ -398,27 +395,6 @@ impl Session<'_> {
         }
         if self.a.quiet { Ok(()) } else { print_out(&summary(record, path)) }
     }
-}
-
-/// Stops that make a picture's mean a quarter.
-fn exposure(picture: &Picture) -> f32 {
-    let mean = picture.mean().element_sum() / 3.0;
-    if mean > 0.0 { (0.25 / mean).log2().clamp(-60.0, 60.0) } else { 0.0 }
-}
-
-/// Too dark is blue, too bright red, in full colour at a quarter of the reference's mean.
-fn error_map(picture: &Picture, reference: &Picture, side: u32) -> Picture {
-    let (coarse, right) = (picture.averaged(side), reference.averaged(side));
-    let full = 0.25 * right.mean().element_sum().max(1.0e-30);
-    let mut map = Picture::new(picture.width, picture.height);
-    for (i, pixel) in map.pixels.iter_mut().enumerate() {
-        let (x, y) = (i as u32 % picture.width / side, i as u32 / picture.width / side);
-        let at = (y.min(coarse.height - 1) * coarse.width + x.min(coarse.width - 1)) as usize;
-        let off = ((coarse.pixels[at] - right.pixels[at]).element_sum() / full).clamp(-1.0, 1.0);
-        let faded = 1.0 - off.abs();
-        *pixel = if off > 0.0 { Vec3::new(1.0, faded, faded) } else { Vec3::new(faded, faded, 1.0) };
-    }
-    map
 }
 
 /// The fronts, as a table.
