@@ -97,6 +97,8 @@ fn chart(
         .configure_mesh()
         .x_desc("time of a frame, ms")
         .y_desc(up.title())
+        .x_labels(16)
+        .y_labels(16)
         .x_label_formatter(&short)
         .y_label_formatter(&short)
         .label_style(("sans-serif", 13))

@@ -164,6 +164,30 @@ impl Record {
         Ok(write_whole(path, format!("{text}\n").as_bytes())?)
     }
 
+    /// The fronts, as a table.
+    pub(crate) fn summary(&self, path: &Path) -> String {
+        let mut text = String::new();
+        for scene in &self.scenes {
+            text += &format!("{}: what no other setting beats, {} light\n", scene.name, scene.axis);
+            text += &format!("{:<18} {:>10} {:>8} {:>7}  settings\n", "technique", "ms", "RMSE", "ratio");
+            let mut front: Vec<_> = scene.points.iter().filter(|p| p.pareto).collect();
+            front.sort_by(|a, b| a.seconds.median.total_cmp(&b.seconds.median));
+            for p in front {
+                let errors = if scene.axis == "all" { p.all } else { p.indirect };
+                let Some(e) = errors else { continue };
+                text += &format!(
+                    "{:<18} {:>10.1} {:>6.1} % {:>7.3}  {}\n",
+                    p.technique,
+                    1e3 * p.seconds.median,
+                    100.0 * e.relative_rmse,
+                    e.mean_ratio,
+                    p.settings
+                );
+            }
+        }
+        text + &format!("wrote {}\n", path.join("index.html").display())
+    }
+
     /// A line for each point.
     pub(crate) fn csv(&self) -> String {
         let mut text = "scene,technique,knob,value,settings,seconds,least,most,repeats,wall,camera,bytes,\

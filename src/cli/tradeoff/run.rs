@@ -393,30 +393,6 @@ impl Session<'_> {
             let text = serde_json::to_string(record).map_err(|e| Failure::Work(e.to_string()))?;
             return print_out(&format!("{text}\n"));
         }
-        if self.a.quiet { Ok(()) } else { print_out(&summary(record, path)) }
+        if self.a.quiet { Ok(()) } else { print_out(&record.summary(path)) }
     }
-}
-
-/// The fronts, as a table.
-fn summary(record: &Record, path: &Path) -> String {
-    let mut text = String::new();
-    for scene in &record.scenes {
-        text += &format!("{}: what no other setting beats, {} light\n", scene.name, scene.axis);
-        text += &format!("{:<18} {:>10} {:>8} {:>7}  settings\n", "technique", "ms", "RMSE", "ratio");
-        let mut front: Vec<_> = scene.points.iter().filter(|p| p.pareto).collect();
-        front.sort_by(|a, b| a.seconds.median.total_cmp(&b.seconds.median));
-        for p in front {
-            let errors = if scene.axis == "all" { p.all } else { p.indirect };
-            let Some(e) = errors else { continue };
-            text += &format!(
-                "{:<18} {:>10.1} {:>6.1} % {:>7.3}  {}\n",
-                p.technique,
-                1e3 * p.seconds.median,
-                100.0 * e.relative_rmse,
-                e.mean_ratio,
-                p.settings
-            );
-        }
-    }
-    text + &format!("wrote {}\n", path.join("index.html").display())
 }

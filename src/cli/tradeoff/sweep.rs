@@ -260,7 +260,11 @@ impl Sweep {
     /// The defaults and the ladder.
     pub(super) fn steps(&self, size: (u32, u32)) -> Vec<Trial> {
         let mut all = vec![trial(self.technique, "", "", "", size)];
-        all.extend(self.ladder.iter().map(|text| trial(self.technique, "several", "", text, size)));
+        let numbered = self.ladder.iter().enumerate();
+        all.extend(numbered.map(|(i, text)| {
+            let step = format!("step {} of {}", i + 1, self.ladder.len());
+            trial(self.technique, "several", &step, text, size)
+        }));
         all
     }
 

@@ -152,7 +152,7 @@ those of 2^-10. `equal bits`: whether the strict GPU results are the CPU's. Rege
 /// The table for the documentation.
 fn markdown(machine: &Machine, rows: &[Row]) -> String {
     let mut text = format!("# Kernels: accuracy and time\n\n{INTRODUCTION}\n\n");
-    text += "```sh\ncargo run --release -- tradeoff --kernels -o docs/tradeoff\n```\n\n";
+    text += "```sh\ncargo run --release -- tradeoff --kernels -o DIR\n```\n\n";
     text += &format!("Measured on {}.\n\n", header(machine));
     let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
     text += &line(&SHOWN.map(|i| COLUMNS[i].1.to_owned()));
