@@ -102,6 +102,24 @@ impl Picture {
         small
     }
 
+    /// The picture in fewer pixels, each the mean over its part of this one; parts of pixels count by their area.
+    pub fn shrunk(&self, width: u32, height: u32) -> Self {
+        let across = shares(self.width, width);
+        let down = shares(self.height, height);
+        let mut small = Self::new(width, height);
+        for (y, rows) in down.iter().enumerate() {
+            for (x, columns) in across.iter().enumerate() {
+                let pixel = &mut small.pixels[y * width as usize + x];
+                for &(row, tall) in rows {
+                    for &(column, wide) in columns {
+                        *pixel += self.pixels[(row * self.width + column) as usize] * (tall * wide);
+                    }
+                }
+            }
+        }
+        small
+    }
+
     /// Writes the picture: `.exr` as it is, `.png` times 2^`exposure`, clipped, sRGB.
     pub fn save(&self, path: &Path, exposure: f32) -> Result<(), OutputError> {
         let bytes = match Format::of(path)? {
@@ -146,6 +164,18 @@ impl Picture {
     }
 }
 
+/// For each of `few` equal parts of a row of `many` pixels: which pixels it has, and by what share of the part.
+fn shares(many: u32, few: u32) -> Vec<Vec<(u32, f32)>> {
+    let length = f64::from(many) / f64::from(few.max(1));
+    let part = |i: u32| {
+        let (begin, end) = (f64::from(i) * length, f64::from(i + 1) * length);
+        let last = (end.ceil() as u32).min(many);
+        let share = |p: u32| (f64::from(p + 1).min(end) - f64::from(p).max(begin)).max(0.0) / length;
+        (begin.floor() as u32..last).map(|p| (p, share(p) as f32)).collect()
+    };
+    (0..few).map(part).collect()
+}
+
 fn encode(picture: image::DynamicImage, format: image::ImageFormat) -> Result<Vec<u8>, image::ImageError> {
     let mut bytes = std::io::Cursor::new(Vec::new());
     picture.write_to(&mut bytes, format)?;
@@ -176,6 +206,19 @@ mod tests {
             1,
             "something was left beside the file"
         );
+    }
+
+    #[test]
+    fn parts_of_pixels_count_by_their_area() {
+        let mut ramp = Picture::new(6, 3);
+        ramp.pixels.iter_mut().enumerate().for_each(|(i, p)| *p = Vec3::splat((i % 6) as f32));
+        let small = ramp.shrunk(4, 2);
+        for (x, want) in [1.0 / 3.0, 5.0 / 3.0, 10.0 / 3.0, 14.0 / 3.0].into_iter().enumerate() {
+            assert!((small.pixels[x].x - want).abs() < 1e-6 && (small.pixels[4 + x].y - want).abs() < 1e-6);
+        }
+        let (blocks, shrunk) = (ramp.averaged(3), ramp.shrunk(2, 1));
+        assert!(blocks.pixels.iter().zip(&shrunk.pixels).all(|(a, b)| (*a - *b).length() < 1e-6));
+        assert_eq!(ramp.shrunk(6, 3), ramp);
     }
 
     #[test]

@@ -42,6 +42,7 @@ impl Soft {
             entries: ENTRIES,
             operator_entries: ENTRIES,
             parts: 3,
+            fade: 0.5,
             ..Default::default()
         };
         let all = tiles * tiles;

@@ -139,3 +139,21 @@ fn planes_are_told_by_the_angle_over_them() {
     assert_eq!(plane_similarity(Vec3::ZERO, Vec3::Y), 1.0, "a point and itself");
     assert_eq!(plane_similarity(Vec3::Y, Vec3::Y), 0.0);
 }
+
+#[test]
+fn weights_by_place_skip_what_has_no_surface() {
+    let all = CoarseSamples { bilinear: [0.1, 0.2, 0.3, 0.4], depth: [1.0; 4], normal: [Vec3::Z; 4] };
+    assert_eq!(place_weights(&all, true), [0.0, 0.0, 0.0, 1.0]);
+    for (got, want) in place_weights(&all, false).iter().zip(all.bilinear) {
+        assert!((got - want).abs() < 1.0e-6);
+    }
+    let some = CoarseSamples { normal: [Vec3::Z, Vec3::X, Vec3::ZERO, Vec3::ZERO], ..all };
+    assert_eq!(place_weights(&some, true), [0.0, 1.0, 0.0, 0.0]);
+    let weights = place_weights(&some, false);
+    assert!((weights[0] - 1.0 / 3.0).abs() < 1.0e-6 && weights[2] == 0.0, "{weights:?}");
+    assert_eq!(place_weights(&CoarseSamples { normal: [Vec3::ZERO; 4], ..all }, false), [0.0; 4]);
+    // Where the only one with a surface has no weight, it stands for all the same.
+    let normal = [Vec3::ZERO, Vec3::Z, Vec3::ZERO, Vec3::ZERO];
+    let edge = CoarseSamples { bilinear: [1.0, 0.0, 0.0, 0.0], normal, ..all };
+    assert_eq!(place_weights(&edge, false), [0.0, 1.0, 0.0, 0.0]);
+}

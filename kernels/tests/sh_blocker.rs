@@ -7,7 +7,7 @@ mod oracle;
 
 use glam::Vec3;
 use oracle::{numbers, vector_file};
-use twinlight_kernels::sh::{averaged_operator, averaged_operator_fit, blocker};
+use twinlight_kernels::sh::{FADE, averaged_operator, averaged_operator_fit, blocker};
 
 fn vec3(value: &serde_json::Value) -> Vec3 {
     let n = numbers(value);
@@ -21,7 +21,7 @@ fn spheres_are_replaced_as_the_vectors_say() {
     for case in file["cases"].as_array().unwrap() {
         let (p, n, c) = (vec3(&case["p"]), vec3(&case["n"]), vec3(&case["c"]));
         let r = case["r"].as_f64().unwrap() as f32;
-        let got = blocker(c, r, p, n);
+        let got = blocker(c, r, p, n, FADE);
         if case["skip"].as_bool().unwrap() {
             assert_eq!(got.weight, 0.0, "{case}");
             skipped += 1;
@@ -47,7 +47,7 @@ fn replacement_is_continuous() {
     let n = Vec3::Z;
     for lateral in [0.0f32, 0.3, 0.9, 1.05, 1.4, 3.0] {
         let effect = |h: f32| {
-            let b = blocker(Vec3::new(lateral, 0.0, h), 1.0, Vec3::ZERO, n);
+            let b = blocker(Vec3::new(lateral, 0.0, h), 1.0, Vec3::ZERO, n, FADE);
             // Solid angle counted.
             let c = ((1.0 - b.alpha) * (1.0 + b.alpha)).max(0.0).sqrt();
             b.weight * (1.0 - c)
@@ -63,10 +63,10 @@ fn replacement_is_continuous() {
         assert!(effect(-1.01) == 0.0 && effect(1.4) > 0.02);
     }
     for odd in [f32::NAN, f32::INFINITY, 0.0, -1.0] {
-        let b = blocker(Vec3::X, odd, Vec3::ZERO, n);
+        let b = blocker(Vec3::X, odd, Vec3::ZERO, n, FADE);
         assert!(b.alpha.is_finite() && b.weight.is_finite() && b.direction.is_finite(), "{odd}: {b:?}");
     }
-    let same = blocker(Vec3::ZERO, 1.0, Vec3::ZERO, n);
+    let same = blocker(Vec3::ZERO, 1.0, Vec3::ZERO, n, FADE);
     assert_eq!((same.alpha, same.direction), (1.0, n), "a centre on the receiver");
 }
 
@@ -93,4 +93,15 @@ fn the_averaged_operator_keeps_its_digits() {
     println!("stable form {worst:.1e}, polynomials {of_fit:.1e} off");
     assert!(worst < 1e-6 && of_fit < 6e-3, "{worst}, {of_fit}");
     assert!(printed > 1e-5 || printed.is_nan(), "negative control: the printed form keeps its digits too");
+}
+
+#[test]
+fn a_wider_fade_lets_less_of_an_enclosing_sphere_through() {
+    // From below its middle, beside it: outside by a quarter of the radius.
+    let at = |fade: f32| blocker(Vec3::new(1.25, 0.0, -0.05), 1.0, Vec3::ZERO, Vec3::Z, fade).weight;
+    let weights = [0.1, 0.25, 0.5, 1.0].map(at);
+    assert!(weights[0] == 1.0 && weights.windows(2).all(|w| w[0] >= w[1]) && weights[3] < 0.5, "{weights:?}");
+    for odd in [0.0, -1.0, f32::NAN] {
+        assert!((0.0..=1.0).contains(&at(odd)), "{odd}");
+    }
 }

@@ -292,6 +292,17 @@ pub(crate) fn build_tree(scene: &Scene) -> Result<Bvh, Failure> {
 }
 
 impl BackendOptions {
+    /// The same as words of a command line.
+    pub(crate) fn words(&self) -> Vec<String> {
+        let mut words: Vec<String> = self.adapter.iter().map(|name| format!("--adapter={name}")).collect();
+        words.extend(self.arithmetic.iter().map(|a| match a {
+            ArithmeticChoice::Strict => "--arithmetic=strict".to_owned(),
+            ArithmeticChoice::Fast => "--arithmetic=fast".to_owned(),
+        }));
+        words.extend(self.threads.iter().map(|n| format!("--threads={n}")));
+        words
+    }
+
     /// Starts the CPU backend.
     pub(crate) fn cpu(&self) -> Result<Cpu, Failure> {
         if self.threads == Some(0) {

@@ -30,6 +30,9 @@ pub struct Errors {
     pub p99: f64,
     /// No pixel is further off.
     pub max: f64,
+    /// Errors below this cannot be told from none: by twice the standard error of the mean of the products.
+    #[serde(default)]
+    pub resolution: f64,
 }
 
 fn grey(c: DVec3) -> f64 {
@@ -96,12 +99,14 @@ impl Halves {
         if (one.width, one.height) != size || (other.width, other.height) != size {
             return None;
         }
-        let (mut squares, mut sum, mut right) = (0.0, 0.0, 0.0);
+        let (mut squares, mut fourth, mut sum, mut right) = (0.0, 0.0, 0.0, 0.0);
         let mut off = Vec::with_capacity(one.pixels.len());
         for (i, (a, b)) in one.pixels.iter().zip(&other.pixels).enumerate() {
             let (a, b) = (a.as_dvec3(), b.as_dvec3());
             let halves = (self.first.pixels[i].as_dvec3(), self.second.pixels[i].as_dvec3());
-            squares += ((a - halves.0) * (b - halves.1)).element_sum() / 3.0;
+            let product = ((a - halves.0) * (b - halves.1)).element_sum() / 3.0;
+            squares += product;
+            fourth += product * product;
             let (both, reference) = ((a + b) * 0.5, (halves.0 + halves.1) * 0.5);
             sum += grey(both);
             right += grey(reference);
@@ -121,6 +126,10 @@ impl Halves {
             p50: share(0.5),
             p99: share(0.99),
             max: share(1.0),
+            resolution: {
+                let variance = (fourth / pixels - (squares / pixels).powi(2)).max(0.0);
+                (2.0 * (variance / pixels).sqrt()).sqrt() / mean
+            },
         })
     }
 }
@@ -151,6 +160,7 @@ mod tests {
         let error = halves.errors(&off).unwrap();
         // 0.3 × √(mean of the ramp's square) over its mean
         assert!((error.relative_rmse - 0.305).abs() < 0.02 && (error.mean_ratio - 1.3).abs() < 0.02);
+        assert!(exact.relative_rmse < 1.5 * exact.resolution && error.relative_rmse > 2.0 * exact.resolution);
         // Negative control: a plain difference has the noise in it.
         let plain = crate::report::error::picture_error(&right, halves.mean()).unwrap();
         assert!(plain.relative_rmse > 0.2 && (halves.noise() - plain.relative_rmse).abs() < 0.03);

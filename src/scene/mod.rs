@@ -118,6 +118,30 @@ pub struct Census {
 }
 
 impl Scene {
+    /// A number that another scene hardly has: of its triangles, materials, textures, lights, surroundings and proxies.
+    ///
+    /// It may differ between versions of the compiler.
+    pub fn fingerprint(&self) -> u64 {
+        use std::hash::{DefaultHasher, Hash, Hasher};
+        let mut hasher = DefaultHasher::new();
+        bytemuck::cast_slice::<_, u8>(&self.triangles).hash(&mut hasher);
+        bytemuck::cast_slice::<_, u8>(&self.materials).hash(&mut hasher);
+        bytemuck::cast_slice::<_, u8>(&self.lights).hash(&mut hasher);
+        self.texels.hash(&mut hasher);
+        for proxy in &self.proxies {
+            format!("{proxy:?}").hash(&mut hasher);
+        }
+        match &self.environment {
+            Environment::None => {}
+            Environment::Constant(c) => bytemuck::bytes_of(c).hash(&mut hasher),
+            Environment::Map(map) => {
+                map.width.hash(&mut hasher);
+                bytemuck::cast_slice::<_, u8>(&map.data).hash(&mut hasher);
+            }
+        }
+        hasher.finish()
+    }
+
     /// Opens a `.glb` or `.gltf` file, or makes the built-in scene of that name (see [`BUILT_IN`]).
     ///
     /// A built-in's name wins over a file of the same name, as it has no extension. Albedo, metallic, roughness and

@@ -1,7 +1,7 @@
 //! How does light that was gathered at coarse pixels reach the picture's?
 
 use super::gbuffer::{GBuffer, bands};
-use super::{Inspection, Job, LightPart, View, World};
+use super::{Inspection, Job, LightPart, Upsampling, View, World};
 use crate::backend::{Backend, BackendError};
 use crate::error::SettingsError;
 use crate::picture::Picture;
@@ -64,10 +64,10 @@ pub(super) fn picture<B: Backend>(
             backend.set_stage("upsampling");
             if wants_indirect {
                 let nothing = backend.alloc("radiance", count)?;
-                let indirect = gathered.add_to(backend, view, &g, nothing)?;
+                let indirect = gathered.add_to(backend, view, &g, job.upsampling, nothing)?;
                 seen.dump(backend, "indirect", &indirect, band.start, |v: &Vec4| v.truncate())?;
             }
-            sum = gathered.add_to(backend, view, &g, sum)?;
+            sum = gathered.add_to(backend, view, &g, job.upsampling, sum)?;
             seen.check(backend, "radiance", &sum)?;
         }
         let values = backend.read_result(&sum)?;
@@ -132,6 +132,7 @@ impl<B: Backend> Gathered<B> {
         backend: &mut B,
         view: &View,
         g: &GBuffer<B>,
+        upsampling: Upsampling,
         mut sum: B::Buffer<Vec4>,
     ) -> Result<B::Buffer<Vec4>, BackendError> {
         let count = g.count();
@@ -142,6 +143,7 @@ impl<B: Backend> Gathered<B> {
             coarse_height: self.height,
             scale_x: self.width as f32 / view.width as f32,
             scale_y: self.height as f32 / view.height as f32,
+            filter: upsampling.number(),
             ..Default::default()
         };
         let mut fine = backend.alloc("upsampled light", count as usize)?;

@@ -18,6 +18,30 @@ pub enum LightPart {
     Indirect,
 }
 
+/// How light that was gathered at fewer pixels becomes that of all.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Upsampling {
+    /// By place, depth and normal: edges stay sharp.
+    #[default]
+    Bilateral,
+    /// By place: light bleeds over edges.
+    Bilinear,
+    /// From the nearest.
+    Nearest,
+}
+
+impl Upsampling {
+    /// The kernels' number of it.
+    pub(super) fn number(self) -> u32 {
+        use twinlight_kernels::passes::upsample::{BILATERAL, BILINEAR, NEAREST};
+        match self {
+            Self::Bilateral => BILATERAL,
+            Self::Bilinear => BILINEAR,
+            Self::Nearest => NEAREST,
+        }
+    }
+}
+
 /// Settings that every technique shares.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Job {
@@ -31,6 +55,8 @@ pub struct Job {
     pub reach: f32,
     /// Which light goes into the picture.
     pub light: LightPart,
+    /// How gathered light is spread over the pixels.
+    pub upsampling: Upsampling,
     /// Names of the buffers to keep as pictures.
     pub dumps: Vec<String>,
     /// Count values that are not finite in every buffer.
@@ -45,6 +71,7 @@ impl Default for Job {
             falloff: 0.0,
             reach: 1.0e30,
             light: LightPart::All,
+            upsampling: Upsampling::default(),
             dumps: Vec::new(),
             check_finite: false,
         }

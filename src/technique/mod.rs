@@ -17,5 +17,5 @@ mod world;
 
 pub use cones::Cones;
 pub use gathered::MAX_PIXELS;
-pub use job::{Inspection, Job, LightPart, NonFinite, Rendered};
+pub use job::{Inspection, Job, LightPart, NonFinite, Rendered, Upsampling};
 pub use world::{View, World, environment_params};

@@ -88,6 +88,35 @@ fn an_interrupted_technique_leaves_nothing() {
     assert!(!err.contains("panicked") && listing(folder.path()).is_empty(), "{err}");
 }
 
+#[cfg(unix)]
+#[test]
+fn an_interrupted_report_goes_on_later() {
+    let folder = tempfile::tempdir().unwrap();
+    let base =
+        ["tradeoff", "spheres", "--size", "64x48", "--techniques", "soft-gi", "--samples", "16", "-o", "out"];
+    let mut first = command(folder.path(), &[&base[..], &["--repeats", "200"]].concat());
+    let child = first.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    let record = folder.path().join("out/tradeoff.json");
+    let read = || serde_json::from_slice::<serde_json::Value>(&std::fs::read(&record).ok()?).ok();
+    let points = || read().map_or(0, |r| r["scenes"][0]["points"].as_array().map_or(0, Vec::len));
+    let start = Instant::now();
+    while points() < 2 && start.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let (code, err) = interrupt(child);
+    assert_eq!(code, Some(1), "{err}");
+    assert!(err.lines().any(|l| l.starts_with("error: interrupted") && l.contains("goes on")), "{err}");
+    let done = points();
+    assert!(done >= 2 && folder.path().join("out/index.html").is_file(), "{done}");
+    let kept = read().unwrap()["scenes"][0]["points"][0].clone();
+    // Another number of repeats is another request; the same one goes on.
+    let other = crate::run(folder.path(), &base);
+    assert_eq!(other.code, Some(2), "{}", other.err);
+    crate::succeed(folder.path(), &[&base[..], &["--repeats", "200", "--time-limit", "0.001s"]].concat());
+    let after = read().unwrap();
+    assert_eq!((points(), &after["scenes"][0]["points"][0], &after["runs"]), (done, &kept, &2.into()));
+}
+
 #[test]
 fn a_reader_that_went_away_is_no_failure() {
     let folder = tempfile::tempdir().unwrap();

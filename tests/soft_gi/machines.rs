@@ -59,7 +59,7 @@ fn tiles_list_every_proxy_that_counts() {
         let (p, n) = (surface.position.truncate(), surface.normal.truncate());
         let mut sum = [0.0f32; 16];
         for proxy in &s.proxies {
-            let b = sh::blocker(proxy.centre, proxy.radius, p, n);
+            let b = sh::blocker(proxy.centre, proxy.radius, p, n, sh::FADE);
             let u = sh::occlusion_key(b.alpha);
             let weight = b.weight * sh::influence_weight(u, least, 2.0);
             if weight > 0.0 {

@@ -1,5 +1,6 @@
 //! How is the project built and checked? Every step of CI is one of these commands.
 
+mod choices;
 mod composites;
 mod manifest;
 mod report;
@@ -44,6 +45,9 @@ enum Command {
         /// Leave out the kernels
         #[arg(long)]
         no_kernels: bool,
+        /// Go on where an earlier run stopped
+        #[arg(long)]
+        resume: bool,
         /// Begin no measurement of a scene after this time, such as 8m
         #[arg(long)]
         limit: Option<String>,
@@ -51,6 +55,8 @@ enum Command {
         #[arg(long)]
         table: bool,
     },
+    /// Choose settings by time and by error from cameras that no curve was measured from, and write what came of it
+    Choices,
     /// Everything that CI runs: test, shaders check, fmt, clippy, doc
     Ci,
 }
@@ -62,8 +68,11 @@ fn main() -> ExitCode {
         Command::Fmt => steps::fmt(),
         Command::Clippy => steps::clippy(),
         Command::Doc => steps::doc(),
-        Command::Report { table: true, .. } => report::write_readme(),
-        Command::Report { gpu, no_kernels, limit, .. } => report::report(gpu, !no_kernels, limit.as_deref()),
+        Command::Report { table: true, .. } => report::write_tables(),
+        Command::Report { gpu, no_kernels, resume, limit, .. } => {
+            report::report(gpu, !no_kernels, resume, limit.as_deref())
+        }
+        Command::Choices => choices::run(),
         Command::Ci => steps::ci(),
     };
     match result {

@@ -37,7 +37,7 @@ const SUBJECTS: [Subject; 4] = [
 ];
 
 /// Measures everything again, on the CPU or the GPU, and writes `docs/tradeoff` and the README's table.
-pub fn report(gpu: bool, kernels: bool, limit: Option<&str>) -> Result<(), String> {
+pub fn report(gpu: bool, kernels: bool, resume: bool, limit: Option<&str>) -> Result<(), String> {
     let build = Command::new("cargo").args(["build", "--release"]).current_dir(root()).status();
     if !build.is_ok_and(|s| s.success()) {
         return Err("the release build failed".into());
@@ -53,17 +53,18 @@ pub fn report(gpu: bool, kernels: bool, limit: Option<&str>) -> Result<(), Strin
         }
         println!("== {}", s.folder);
         let mut command = Command::new(&twinlight);
-        command.current_dir(&folder).args([
-            "tradeoff",
-            s.scene,
-            "--size",
-            "256x256",
-            "--pictures",
-            s.pictures,
-        ]);
-        command.args(["--credit", s.credit, "-o"]).arg(out.join(s.folder));
+        command
+            .current_dir(&folder)
+            .args(["tradeoff", s.scene, "--credit", s.credit, "-o"])
+            .arg(out.join(s.folder));
+        let size = if gpu { "512x512" } else { "256x256" };
+        let pictures = if gpu { "none" } else { s.pictures };
+        command.args(["--size", size, "--pictures", pictures]);
         if gpu {
-            command.args(["--backend", "gpu"]);
+            command.args(["--backend", "gpu", "--repeats", "5"]);
+        }
+        if !resume {
+            command.arg("--restart");
         }
         command.args(limit.map(|l| ["--time-limit", l]).into_iter().flatten());
         run(command)?;
@@ -73,7 +74,7 @@ pub fn report(gpu: bool, kernels: bool, limit: Option<&str>) -> Result<(), Strin
         command.args(["tradeoff", "--kernels", "-o"]).arg(&out);
         run(command)?;
     }
-    write_readme()
+    write_tables()
 }
 
 fn run(mut command: Command) -> Result<(), String> {
@@ -84,12 +85,77 @@ fn run(mut command: Command) -> Result<(), String> {
 const BEGIN: &str = "<!-- from docs/tradeoff by cargo xtask report -->\n";
 const END: &str = "<!-- end -->";
 
-/// Puts the table into the README.
-pub fn write_readme() -> Result<(), String> {
+/// Puts the table into the README, and writes all tables.
+pub fn write_tables() -> Result<(), String> {
     let path = root().join("README.md");
     let readme = std::fs::read_to_string(&path).map_err(|e| e.to_string())?;
     let table = table(&root().join("docs/tradeoff/cpu"))?;
-    std::fs::write(&path, with_table(&readme, &table)?).map_err(|e| e.to_string())
+    std::fs::write(&path, with_table(&readme, &table)?).map_err(|e| e.to_string())?;
+    std::fs::write(root().join("docs/tradeoff/tables.md"), all_tables()?).map_err(|e| e.to_string())
+}
+
+/// Fronts and stages of both machines.
+fn all_tables() -> Result<String, String> {
+    let mut text = "# What accuracy costs in time: tables\n\nWritten by `cargo xtask report` from the data beside this file.\n".to_owned();
+    for (machine, title) in [("cpu", "CPU"), ("gpu", "GPU")] {
+        let folder = root().join("docs/tradeoff").join(machine);
+        for scene in scenes(&folder)? {
+            let (record, scene) = &scene;
+            let of = |key: &str| record[key].as_str().unwrap_or_default();
+            text += &format!("\n## {title}: {}\n", scene["name"].as_str().unwrap_or_default());
+            text += &format!("\n{}; `{}`\n", of("machine"), of("command"));
+            let noise = scene["reference"]["noise_indirect"].as_f64().unwrap_or(f64::NAN);
+            text += &format!(
+                "Noise of the reference's indirect light, not in the errors: {:.1} %.\n",
+                100.0 * noise
+            );
+            text += &scene_rows(scene);
+            text += &stage_rows(scene);
+        }
+    }
+    Ok(text)
+}
+
+fn stage_rows(scene: &Value) -> String {
+    let stages = scene["attribution"].as_array().map_or(&[][..], Vec::as_slice);
+    if stages.is_empty() {
+        return String::new();
+    }
+    let mut text =
+        "| stage | replaced by | relative RMSE before | after | mean ratio | share of squared error |\n\
+                    |---|---|---|---|---|---|\n"
+            .to_owned();
+    for s in stages {
+        let (word, number) =
+            (|k: &str| s[k].as_str().unwrap_or_default(), |k: &str| s[k].as_f64().unwrap_or(f64::NAN));
+        let (after, least) = (number("relative_rmse"), number("resolution"));
+        text += &format!(
+            "| {}: {} | {} | {:.1} % | {}{:.1} % | {:.3} | {:.0} % |\n",
+            word("technique"),
+            word("stage"),
+            word("exact"),
+            100.0 * number("before"),
+            if after < least { "< " } else { "" },
+            100.0 * after.max(least),
+            number("mean_ratio"),
+            100.0 * number("share")
+        );
+    }
+    text + "\n"
+}
+
+/// The scenes of a folder with the records that they are in.
+fn scenes(folder: &Path) -> Result<Vec<(Value, Value)>, String> {
+    let mut all = Vec::new();
+    for s in &SUBJECTS {
+        let path = folder.join(s.folder).join("tradeoff.json");
+        let Ok(bytes) = std::fs::read(&path) else { continue };
+        let record: Value = serde_json::from_slice(&bytes).map_err(|e| format!("{}: {e}", path.display()))?;
+        for scene in record["scenes"].as_array().into_iter().flatten() {
+            all.push((record.clone(), scene.clone()));
+        }
+    }
+    Ok(all)
 }
 
 fn with_table(readme: &str, table: &str) -> Result<String, String> {
@@ -101,46 +167,62 @@ fn with_table(readme: &str, table: &str) -> Result<String, String> {
 
 /// For each scene of the folder: each technique's defaults, and what nothing else beats.
 fn table(folder: &Path) -> Result<String, String> {
-    let mut text = String::new();
-    for s in &SUBJECTS {
-        let path = folder.join(s.folder).join("tradeoff.json");
-        let Ok(bytes) = std::fs::read(&path) else { continue };
-        let record: Value = serde_json::from_slice(&bytes).map_err(|e| format!("{}: {e}", path.display()))?;
-        for scene in record["scenes"].as_array().into_iter().flatten() {
-            text += &scene_rows(scene);
-        }
-    }
-    Ok(text)
+    Ok(scenes(folder)?.iter().map(|(_, scene)| scene_rows(scene)).collect())
 }
 
 fn scene_rows(scene: &Value) -> String {
     let axis = scene["axis"].as_str().unwrap_or("indirect");
     let light = if axis == "all" { "all light" } else { "indirect light" };
     let mut rows: Vec<&Value> = scene["points"].as_array().into_iter().flatten().collect();
-    rows.retain(|p| p["knob"] == "" || p["pareto"] == true || p["settings"] == "--samples 16");
+    let error = |p: &Value| p[axis]["relative_rmse"].as_f64().unwrap_or(f64::NAN);
+    let is_path = |p: &&Value| p["technique"] == "reference";
+    let paths: Vec<_> = rows.iter().copied().filter(is_path).map(|p| (error(p), seconds(p))).collect();
+    rows.retain(|p| p["knob"] == "" || p["pareto"] == true);
     rows.sort_by(|a, b| seconds(a).total_cmp(&seconds(b)));
     let mut text = format!(
-        "\n| {}, {light} | relative RMSE | mean ratio | ms | front |\n|---|---|---|---|---|\n",
+        "\n| {}, {light} | relative RMSE | mean ratio | ms | path tracer for this error | front |\n|---|---|---|---|---|---|\n",
         scene["name"].as_str().unwrap_or_default()
     );
     for p in rows {
-        let technique = p["technique"].as_str().unwrap_or_default();
         let settings = match p["settings"].as_str().unwrap_or_default() {
             "" => "defaults".to_owned(),
             s => format!("`{s}`"),
         };
-        let name = if technique == "reference" { "path tracer" } else { technique };
-        let errors = &p[axis];
-        let number = |key: &str| errors[key].as_f64().unwrap_or(f64::NAN);
         text += &format!(
-            "| {name}, {settings} | {:.1} % | {:.3} | {:.0} | {} |\n",
-            100.0 * number("relative_rmse"),
-            number("mean_ratio"),
+            "| {}, {settings} | {:.1} % | {:.3} | {:.0} | {} | {} |\n",
+            p["technique"].as_str().unwrap_or_default(),
+            100.0 * error(p),
+            p[axis]["mean_ratio"].as_f64().unwrap_or(f64::NAN),
             1e3 * seconds(p),
+            times(path_seconds(&paths, error(p)), seconds(p)),
             if p["pareto"] == true { "●" } else { "" }
         );
     }
     text + "\n"
+}
+
+/// How many times as long.
+fn times(path: Option<f64>, own: f64) -> String {
+    match path.map(|t| t / own) {
+        Some(x) if x >= 9.95 => format!("× {x:.0}"),
+        Some(x) => format!("× {x:.2}"),
+        None => "beyond what was measured".to_owned(),
+    }
+}
+
+/// The time that the path tracer takes for an error, between its points (error, seconds), and beyond them by the root of the number of paths up
+/// to half of the least error.
+fn path_seconds(points: &[(f64, f64)], error: f64) -> Option<f64> {
+    let least = *points.last()?;
+    if error <= least.0 {
+        return (error >= 0.5 * least.0).then(|| least.1 * (least.0 / error).powi(2));
+    }
+    if error >= points[0].0 {
+        return Some(points[0].1);
+    }
+    let pair = points.windows(2).find(|w| w[0].0 >= error && error >= w[1].0)?;
+    let share = (pair[0].0 / error).ln() / (pair[0].0 / pair[1].0).ln();
+    Some(pair[0].1 * (pair[1].1 / pair[0].1).powf(share))
 }
 
 fn seconds(point: &Value) -> f64 {
@@ -152,11 +234,22 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_path_tracers_time_lies_between_its_points() {
+        let points = [(0.8, 1.0), (0.4, 4.0), (0.2, 16.0)];
+        let at = |error| path_seconds(&points, error).unwrap();
+        assert!((at(0.4) - 4.0).abs() < 1e-9 && (at(0.4 * 2f64.sqrt()) - 2.0).abs() < 1e-9);
+        assert!(at(1.0) == 1.0 && (at(0.1) - 64.0).abs() < 1e-9 && path_seconds(&points, 0.09).is_none());
+        assert!(path_seconds(&[], 0.5).is_none() && path_seconds(&points, f64::NAN).is_none());
+    }
+
+    #[test]
     fn the_readmes_table_is_that_of_the_data() {
         let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
         let table = table(&root().join("docs/tradeoff/cpu")).unwrap();
-        assert!(table.contains("voxel-cones") && table.contains("path tracer"), "{table}");
+        assert!(table.contains("voxel-cones, defaults"), "{table}");
         assert!(with_table(&readme, &table).unwrap() == readme, "run cargo xtask report --table");
+        let tables = std::fs::read_to_string(root().join("docs/tradeoff/tables.md")).unwrap();
+        assert!(all_tables().unwrap() == tables, "run cargo xtask report --table");
         // Negative control: another number is another table.
         let other = table.replacen(" % ", "1 % ", 1);
         assert_ne!(with_table(&readme, &other).unwrap(), readme);

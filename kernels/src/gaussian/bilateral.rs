@@ -104,6 +104,38 @@ pub fn upsampling_weights(samples: &CoarseSamples, depth: f32, normal: Vec3) -> 
     weights
 }
 
+/// Returns the four weights with which coarse samples make up a pixel by their places alone: bilinear among those that have a surface, or all of
+/// the one of largest weight (of lowest index among equals). They sum to 1, or are 0 when no sample has a surface.
+#[inline]
+pub fn place_weights(samples: &CoarseSamples, nearest: bool) -> [f32; 4] {
+    let mut weights = [0.0; 4];
+    let mut sum = 0.0;
+    let mut best = 4usize;
+    let mut largest = -1.0;
+    for i in 0..4 {
+        if dot(samples.normal[i], samples.normal[i]) > 0.0 {
+            weights[i] = saturate(samples.bilinear[i]);
+            sum += weights[i];
+            if weights[i] > largest {
+                best = i;
+                largest = weights[i];
+            }
+        }
+    }
+    if best == 4 {
+        return weights;
+    }
+    if nearest || sum < NO_MATCH {
+        weights = [0.0; 4];
+        weights[best] = 1.0;
+        return weights;
+    }
+    for i in 0..4 {
+        weights[i] = div(weights[i], sum);
+    }
+    weights
+}
+
 /// Returns exp(−x²/(2σ²)), in (0, 1]; σ below 1e-6 and NaN count as 1e-6, the exponent is at least −87.
 #[inline]
 pub fn gaussian_falloff(x: f32, deviation: f32) -> f32 {

@@ -10,7 +10,7 @@ mod specular;
 
 pub use bilateral::{
     CoarseSamples, depth_similarity, gathering_weights, gaussian_falloff, geometric_weight, mean_or_zero,
-    normal_similarity, plane_similarity, shares_visibility, upsampling_weights,
+    normal_similarity, place_weights, plane_similarity, shares_visibility, upsampling_weights,
 };
 pub use depth_window::{
     UNORM16_DEVIATION, depth_coverage, layer_coordinate, layer_decay, minimum_deviation, smooth_step,

@@ -116,7 +116,7 @@ layout_words! {
     }
     LobeParams { first_light, light_count, lights, sides }
     InterleavedParams { columns, rows }
-    UpsampleParams { width, first_pixel, coarse_width, coarse_height, scale_x, scale_y }
+    UpsampleParams { width, first_pixel, coarse_width, coarse_height, scale_x, scale_y, filter }
     VoxeliseParams { lower, pairs, thin, depth, first }
     WordParams { offset, count }
     PyramidParams {
@@ -138,7 +138,7 @@ layout_words! {
     SphereProxy { sphere, albedo }
     SoftParams {
         width, height, tile, tiles_x, proxies, order, exponential, terms, tau, shadow_reach, light_reach, operator,
-        entries, operator_entries, pairs, parts
+        entries, operator_entries, pairs, parts, fade
     }
     VoxelViewParams { lower, inverse_edge, depth, level, what, lobes, radiance_unit }
     LightMapParams { origin, right, down, forward, projection, size, light, texel, bias }

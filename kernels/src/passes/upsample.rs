@@ -1,10 +1,17 @@
 //! How does a picture of few pixels become one of many, without bleeding over edges? VF §3.3, SGI eq. 11.
 
 use super::surface::Surface;
-use crate::gaussian::{CoarseSamples, upsampling_weights};
+use crate::gaussian::{CoarseSamples, place_weights, upsampling_weights};
 use crate::geometry::bvh::NO_TRIANGLE;
 use crate::math::{floor, min_u32, saturate, to_u32, without_faint};
 use glam::{Vec3, Vec4};
+
+/// By place, depth and normal.
+pub const BILATERAL: u32 = 0;
+/// By place: light bleeds over edges.
+pub const BILINEAR: u32 = 1;
+/// From the pixel that is nearest.
+pub const NEAREST: u32 = 2;
 
 gpu_struct! {
     /// Parameters of [`upsample`].
@@ -21,10 +28,10 @@ gpu_struct! {
         pub scale_x: f32,
         /// Coarse pixels per fine pixel, down.
         pub scale_y: f32,
+        /// [`BILATERAL`], [`BILINEAR`] or [`NEAREST`].
+        pub filter: u32,
         /// Padding.
         pub pad0: u32,
-        /// Padding.
-        pub pad1: u32,
     }
 }
 
@@ -59,7 +66,7 @@ fn neighbours(x: u32, scale: f32, count: u32) -> (u32, u32, f32) {
     (first, second, fraction)
 }
 
-/// Returns the value of fine pixel `index`: the four coarse values around it, weighted by depth and normal.
+/// Returns the value of fine pixel `index`: the four coarse values around it, weighted by depth and normal if the filter says so.
 #[inline]
 pub fn upsample(
     index: u32,
@@ -89,7 +96,11 @@ pub fn upsample(
             samples.normal[k] = coarse.normal.truncate();
         }
     }
-    let weights = upsampling_weights(&samples, s.position.w, s.normal.truncate());
+    let weights = if params.filter == BILATERAL {
+        upsampling_weights(&samples, s.position.w, s.normal.truncate())
+    } else {
+        place_weights(&samples, params.filter == NEAREST)
+    };
     let mut sum = Vec4::ZERO;
     for k in 0..4 {
         sum += values[cells.pixels[k] as usize] * weights[k];

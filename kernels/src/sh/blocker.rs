@@ -1,11 +1,13 @@
 //! What does a spherical proxy cover, as a surface sees it, and what does it send back? SGI §3 and §5.
 
 use super::logarithm::occlusion_key;
-use crate::math::{div, dot, floor, length, min, normalize_or, saturate, sqrt, to_u32};
+use crate::math::{div, dot, floor, length, max, min, normalize_or, saturate, sqrt, to_u32};
 use glam::Vec3;
 
 /// Over what share of its radius beyond a sphere's surface a receiver outside it gets the sphere's whole effect.
-const FADE: f32 = 0.5;
+pub const FADE: f32 = 0.5;
+/// The smallest such share: narrower ones would jump.
+const LEAST_FADE: f32 = 1.0e-3;
 
 /// A sphere as seen from a point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,10 +30,10 @@ fn smoothstep(t: f32) -> f32 {
 /// Returns what of a sphere counts for a point of a surface with unit normal `n`.
 ///
 /// A sphere that reaches below the surface's plane is replaced by the one between the plane and its topmost point, so that
-/// a surface does not shadow itself; one that holds the point from below fades out. Continuous in all arguments; never
-/// inside: α ≤ 1. In place of SGI's rules (§3), which jump.
+/// a surface does not shadow itself; one that holds the point from below fades out, from `fade` of its radii outside of it on ([`FADE`] is
+/// usual; at least a thousandth). Continuous in all arguments; never inside: α ≤ 1. In place of SGI's rules (§3), which jump.
 #[inline]
-pub fn blocker(centre: Vec3, radius: f32, p: Vec3, n: Vec3) -> Blocker {
+pub fn blocker(centre: Vec3, radius: f32, p: Vec3, n: Vec3, fade: f32) -> Blocker {
     let to_centre = centre - p;
     let height = dot(to_centre, n);
     if !(radius > 0.0) || !(height > -radius) {
@@ -42,7 +44,7 @@ pub fn blocker(centre: Vec3, radius: f32, p: Vec3, n: Vec3) -> Blocker {
         offset = to_centre + n * (0.5 * (radius - height));
         size = 0.5 * (radius + height);
         let below = smoothstep(div(radius - height, radius));
-        let outside = smoothstep(div(div(length(to_centre), radius) - 1.0, FADE));
+        let outside = smoothstep(div(div(length(to_centre), radius) - 1.0, max(fade, LEAST_FADE)));
         weight = 1.0 - below * (1.0 - outside);
     }
     let distance = length(offset);

@@ -23,7 +23,7 @@ pub use basis::{
     is_finite, project,
 };
 pub use blocker::{
-    Blocker, EXACT_OPERATOR_WORDS, averaged_operator, averaged_operator_fit, blocker, exact_operator,
+    Blocker, EXACT_OPERATOR_WORDS, FADE, averaged_operator, averaged_operator_fit, blocker, exact_operator,
 };
 pub use emitter::lambert_intensity;
 pub use exponential::{

@@ -31,6 +31,12 @@ pub(crate) struct SoftGiOptions {
     /// Pixels for a receiver along each axis: 1, 2, 4 or 8
     #[arg(long, value_name = "N")]
     receiver_scale: Option<u32>,
+    /// Rows of the table of logarithms, 16 to 4096
+    #[arg(long, value_name = "N")]
+    log_entries: Option<u32>,
+    /// δ: where a proxy that holds a receiver from below has faded in, in its radii outside of it
+    #[arg(long, value_name = "SHARE", allow_hyphen_values = true)]
+    self_shadow_fade: Option<f32>,
 }
 
 #[derive(Clone, Copy, ValueEnum, PartialEq)]
@@ -66,6 +72,8 @@ impl SoftGiOptions {
         s.shadow_reach = self.shadow_reach.or(s.shadow_reach);
         s.light_reach = self.light_reach.unwrap_or(s.light_reach);
         s.receiver_scale = self.receiver_scale.unwrap_or(s.receiver_scale);
+        s.entries = self.log_entries.unwrap_or(s.entries);
+        s.fade = self.self_shadow_fade.unwrap_or(s.fade);
         s.exponential = match self.exponential {
             None => s.exponential,
             Some(ExponentialChoice::Hybrid) => Exponential::Hybrid,

@@ -3,6 +3,7 @@
 use crate::cli::Failure;
 use crate::cli::knobs::Knobs;
 use crate::cli::options::{BackendOptions, SceneOptions};
+use crate::technique::Upsampling;
 use crate::technique::reference::Bounces;
 use clap::{Args, Parser, ValueEnum};
 use std::path::PathBuf;
@@ -74,6 +75,9 @@ pub(crate) struct RenderArguments {
     /// Distance beyond which nothing occludes, metres
     #[arg(long, default_value_t = 1.0e30, value_name = "METRES", allow_hyphen_values = true)]
     pub(super) reach: f32,
+    /// How light that is gathered at fewer pixels becomes that of all
+    #[arg(long, default_value = "bilateral")]
+    pub(super) upsampling: UpsamplingChoice,
     /// Buffers to save as pictures beside the output
     #[arg(long, value_delimiter = ',', value_name = "a,b,c")]
     pub(super) dump: Vec<String>,
@@ -185,6 +189,27 @@ fn parse_budget(text: &str) -> Result<Duration, String> {
     match number.parse::<f64>() {
         Ok(x) if x > 0.0 && x * unit < 1e6 => Ok(Duration::from_secs_f64(x * unit)),
         _ => Err("expected a time such as 40ms or 1.5s".into()),
+    }
+}
+
+/// `--upsampling`.
+#[derive(Clone, Copy, ValueEnum, PartialEq, Eq, Debug)]
+pub(crate) enum UpsamplingChoice {
+    /// By place, depth and normal
+    Bilateral,
+    /// By place: light bleeds over edges
+    Bilinear,
+    /// From the nearest
+    Nearest,
+}
+
+impl UpsamplingChoice {
+    pub(super) fn kind(self) -> Upsampling {
+        match self {
+            Self::Bilateral => Upsampling::Bilateral,
+            Self::Bilinear => Upsampling::Bilinear,
+            Self::Nearest => Upsampling::Nearest,
+        }
     }
 }
 

@@ -6,7 +6,7 @@
 //! small trials of that step from where the picture is seen tell what to expect.
 
 use super::arguments::{Only, RenderArguments, Technique, parse_line};
-use super::{Knobs, Outcome, name};
+use super::{Knobs, Outcome, check_request, name, passes};
 use crate::cli::Failure;
 use crate::cli::tradeoff::{Subject, Trial, steps_of};
 use crate::picture::{Picture, write_whole};
@@ -111,10 +111,20 @@ fn excess(a: &RenderArguments, e: Expected) -> f64 {
     time.max(a.error.map_or(0.0, |limit| e.error / limit))
 }
 
-/// Chooses by the curves, which are measured if they are not known.
-pub(super) fn choose(a: &RenderArguments, scene: &Scene, view: &View) -> Result<Choice, Failure> {
+/// Chooses by the curves, which are measured if they are not known; `None` for a budget where nothing is lit.
+pub(super) fn choose(a: &RenderArguments, scene: &Scene, view: &View) -> Result<Option<Choice>, Failure> {
     let techniques = techniques(a, scene)?;
-    let curves = curves(a, scene, view, &techniques)?;
+    let mut trials = Trials::new(a, scene, view)?;
+    let Some(right) = trials.reference(0.0)? else {
+        if a.error.is_none() {
+            return Ok(None);
+        }
+        return Err(Failure::Work("nothing is lit here, so no error can be told; leave out --error".into()));
+    };
+    let mut steps = curves(a, scene, view, &techniques)?.steps;
+    // Gathering at all pixels has a limit, which small pictures keep.
+    let size = (view.width, view.height);
+    steps.retain(|m| trial_of(&m.technique, m.step, view).is_ok_and(|t| of_trial(a, &t, size).is_ok()));
     let pixels = f64::from(view.pixels());
     // Within a time the best comes first, within an error the quickest; behind them what comes nearest.
     let rank = |m: &Measured| {
@@ -123,17 +133,10 @@ pub(super) fn choose(a: &RenderArguments, scene: &Scene, view: &View) -> Result<
         let wish = if a.error.is_some() { e.seconds } else { e.error };
         (excess > 1.0, if excess > 1.0 { excess } else { wish })
     };
-    let mut steps = curves.steps;
     steps.sort_by(|x, y| {
         let (x, y) = (rank(x), rank(y));
         x.0.cmp(&y.0).then(x.1.total_cmp(&y.1))
     });
-    let mut trials = Trials::new(a, scene, view)?;
-    let Some(right) = trials.reference(0.0)? else {
-        return Err(Failure::Work(
-            "nothing is lit here, so no error can be told; leave out --error and --budget".into(),
-        ));
-    };
     let mut best: Option<(f64, &Measured, Expected)> = None;
     for step in steps.iter().take(TRIES) {
         let Some(here) = trials.measure(&step.technique, step.step, 0.0, &right)? else { continue };
@@ -152,29 +155,34 @@ pub(super) fn choose(a: &RenderArguments, scene: &Scene, view: &View) -> Result<
         ));
     };
     let trial = trial_of(&step.technique, step.step, view)?;
+    let RenderArguments { knobs, technique, .. } = of_trial(a, &trial, size)?;
+    let Expected { seconds, error } = expected;
+    Ok(Some(Choice { technique, knobs, settings: trial.settings(), seconds, error, fits: excess <= 1.0 }))
+}
+
+/// What is asked for with a step's knobs at a picture's size, if that size allows them.
+fn of_trial(a: &RenderArguments, trial: &Trial, size: (u32, u32)) -> Result<RenderArguments, Failure> {
     let mut line = vec![a.scene.scene.clone()];
     line.extend(trial.words.iter().cloned());
     let knobs = parse_line(&line)?.knobs;
-    let technique = Technique::from_str(&step.technique, false).map_err(Failure::Work)?;
-    let Expected { seconds, error } = expected;
-    Ok(Choice { technique, knobs, settings: trial.settings(), seconds, error, fits: excess <= 1.0 })
+    let technique = Technique::from_str(trial.technique, false).map_err(Failure::Work)?;
+    let mut own = RenderArguments { knobs, technique, dump: Vec::new(), ..a.clone() };
+    own.scene.look.size = size;
+    check_request(&own, technique)?;
+    Ok(own)
 }
 
-/// The pixels along a side of a block, so that whole blocks fill the picture.
-fn block(view: &View) -> u32 {
-    let (mut x, mut y) = (view.width, view.height);
-    while y > 0 {
-        (x, y) = (y, x % y);
-    }
-    let wanted = f64::from(view.width.max(view.height)) / BLOCKS;
-    let off = |d: u32| (f64::from(d) / wanted).ln().abs();
-    (1..=x).filter(|d| x % d == 0).min_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(1)
+/// Blocks of a picture, of which the reference is traced.
+fn blocks(view: &View) -> View {
+    let scale = BLOCKS / f64::from(view.width.max(view.height));
+    let of = |x: u32| ((f64::from(x) * scale).round() as u32).clamp(1, x);
+    view.resized(of(view.width), of(view.height))
 }
 
-/// The light of the picture in two halves, at a pixel for each block.
-fn reference(a: &RenderArguments, subject: &mut Subject, side: u32) -> Result<Option<Halves>, Failure> {
+/// The light of the blocks in two halves.
+fn reference(a: &RenderArguments, subject: &mut Subject) -> Result<Option<Halves>, Failure> {
     let whole = subject.view;
-    subject.view = whole.resized(whole.width / side, whole.height / side);
+    subject.view = blocks(&whole);
     let samples = (0.5 * PATHS / f64::from(subject.view.pixels())).clamp(8.0, 4096.0) as u32;
     let halves: Result<_, Failure> = (|| {
         let one = subject.trace(samples, 11, &AtomicBool::new(false), |_| ())?;
@@ -190,6 +198,12 @@ fn reference(a: &RenderArguments, subject: &mut Subject, side: u32) -> Result<Op
     Ok(Halves::new(part(one), part(other)))
 }
 
+/// How far a picture's blocks are from a reference of them; `None` where that cannot be told.
+fn error_of(picture: &Picture, right: &Halves) -> Option<f64> {
+    let (width, height) = (right.mean().width, right.mean().height);
+    right.errors(&picture.shrunk(width, height)).map(|e| e.relative_rmse)
+}
+
 /// How far a picture is from a reference of the same view; `None` where that cannot be told.
 pub(super) fn measured_error(
     a: &RenderArguments,
@@ -197,11 +211,10 @@ pub(super) fn measured_error(
     view: &View,
     picture: &Picture,
 ) -> Result<Option<f64>, Failure> {
-    let side = block(view);
     let emissive = a.scene.look.emissive;
     let mut subject = Subject::of(Vec::new(), scene, *view, emissive, &a.backend, false)?;
-    let right = reference(a, &mut subject, side)?;
-    Ok(right.and_then(|r| r.errors(&picture.averaged(side))).map(|e| e.relative_rmse))
+    let right = reference(a, &mut subject)?;
+    Ok(right.and_then(|r| error_of(picture, &r)))
 }
 
 fn curves(
@@ -214,11 +227,11 @@ fn curves(
     let file = file(&key);
     let known = file.as_ref().and_then(|f| std::fs::read(f).ok());
     let known: Option<Curves> = known.and_then(|bytes| serde_json::from_slice(&bytes).ok());
-    if let Some(known) = known.filter(|k| k.key == key && !a.recalibrate) {
+    if let Some(known) = known.filter(|k| k.key == key && !k.steps.is_empty() && !a.recalibrate) {
         return Ok(known);
     }
     let curves = Curves { steps: calibrate(a, scene, view, techniques)?, key };
-    if let Some(file) = file {
+    if let Some(file) = file.filter(|_| !curves.steps.is_empty()) {
         let text = serde_json::to_string_pretty(&curves).map_err(|e| Failure::Work(e.to_string()))?;
         let kept = file.parent().map_or(Ok(()), std::fs::create_dir_all).is_ok()
             && write_whole(&file, text.as_bytes()).is_ok();
@@ -237,12 +250,6 @@ fn curves(
 
 /// What the curves depend on: all but camera and size.
 fn key(a: &RenderArguments, scene: &Scene, techniques: &[Technique]) -> Result<String, Failure> {
-    let mut hasher = DefaultHasher::new();
-    bytemuck::cast_slice::<_, u8>(&scene.triangles).hash(&mut hasher);
-    bytemuck::cast_slice::<_, u8>(&scene.materials).hash(&mut hasher);
-    bytemuck::cast_slice::<_, u8>(&scene.lights).hash(&mut hasher);
-    scene.texels.hash(&mut hasher);
-    format!("{:?} {:?}", scene.proxies, scene.environment).hash(&mut hasher);
     let machine = if a.machine.is_gpu() {
         let gpu = a.backend.gpu(crate::cli::options::ArithmeticChoice::Fast)?;
         format!("{} {:?}", twinlight_gpu::describe(gpu.adapter()), gpu.variant())
@@ -250,21 +257,29 @@ fn key(a: &RenderArguments, scene: &Scene, techniques: &[Technique]) -> Result<S
         format!("{}, {} threads", processor(), a.backend.cpu()?.threads())
     };
     let names: Vec<_> = techniques.iter().map(|&t| name(t)).collect();
+    let mut hasher = DefaultHasher::new();
+    for name in &names {
+        let steps = steps_of(name, (512, 512)).unwrap_or_default();
+        steps.iter().map(Trial::settings).collect::<Vec<_>>().hash(&mut hasher);
+    }
     Ok(format!(
-        "{} {} {:016x} {:?} emissive {} {} on {machine}",
+        "{} {} {:016x} {:?} emissive {} {} rays, {:?} upsampling, {} {:016x} on {machine}",
         env!("CARGO_PKG_VERSION"),
         scene.name,
-        hasher.finish(),
+        scene.fingerprint(),
         a.only,
         a.scene.look.emissive,
-        names.join(",")
+        a.samples,
+        a.upsampling,
+        names.join(","),
+        hasher.finish(),
     ))
 }
 
 /// Where curves are kept: `TWINLIGHT_CACHE`, or the user's folder for such things.
 fn file(key: &str) -> Option<PathBuf> {
     use etcetera::BaseStrategy;
-    let own = std::env::var_os("TWINLIGHT_CACHE").map(PathBuf::from);
+    let own = std::env::var_os("TWINLIGHT_CACHE").filter(|p| !p.is_empty()).map(PathBuf::from);
     let usual = || etcetera::choose_base_strategy().ok().map(|s| s.cache_dir().join("twinlight"));
     let mut hasher = DefaultHasher::new();
     key.hash(&mut hasher);
@@ -286,8 +301,7 @@ impl<'a> Trials<'a> {
             let of = |x: u32| ((f64::from(x) * f64::from(side) / longer / 4.0).round() as u32).max(2) * 4;
             view.resized(of(view.width), of(view.height))
         });
-        let only = a.only.to_possible_value().map_or("all".into(), |v| v.get_name().to_owned());
-        let words = vec![a.scene.scene.clone(), format!("--only={only}")];
+        let words = vec![a.scene.scene.clone()];
         let emissive = a.scene.look.emissive;
         let subject = Subject::of(words, scene.clone(), views[0], emissive, &a.backend, a.machine.is_gpu())?;
         Ok(Self { a, subject, views })
@@ -296,8 +310,7 @@ impl<'a> Trials<'a> {
     /// The light from the turned camera; `None` where there is none.
     fn reference(&mut self, turn: f32) -> Result<Option<Halves>, Failure> {
         self.subject.view = turned(&self.views[0], turn);
-        let side = block(&self.subject.view);
-        Ok(reference(self.a, &mut self.subject, side)?.filter(|r| r.mean().mean().max_element() > 0.0))
+        Ok(reference(self.a, &mut self.subject)?.filter(|r| r.mean().mean().max_element() > 0.0))
     }
 
     /// What a step costs from the turned camera; `None` where it takes too long, or no error can be told.
@@ -309,8 +322,9 @@ impl<'a> Trials<'a> {
         right: &Halves,
     ) -> Result<Option<Measured>, Failure> {
         let mut at = |view: &View| {
-            self.subject.view = turned(view, turn);
-            self.subject.measure_briefly(&trial_of(technique, step, view)?)
+            let view = turned(view, turn);
+            let own = of_trial(self.a, &trial_of(technique, step, &view)?, (view.width, view.height))?;
+            self.subject.measure_briefly(&passes::request(&own, own.technique, &view)?)
         };
         let small = at(&self.views[1])?.seconds.median;
         if small > TOO_LONG {
@@ -320,14 +334,12 @@ impl<'a> Trials<'a> {
         let [many, few] = self.views.map(|v| f64::from(v.pixels()));
         let per_pixel = ((large.seconds.median - small) / (many - few)).max(0.0);
         let fixed = (large.seconds.median - per_pixel * many).max(0.0);
-        let side = block(&self.views[0]);
-        let errors = right.errors(&large.all.averaged(side));
-        Ok(errors.map(|e| Measured {
+        Ok(error_of(&large.all, right).map(|error| Measured {
             technique: technique.to_owned(),
             step,
             fixed,
             per_pixel,
-            error: e.relative_rmse,
+            error,
         }))
     }
 }

@@ -17,7 +17,7 @@ use crate::picture::Picture;
 use crate::plan::{Change, Plan, Request, choose};
 use crate::scene::Scene;
 use crate::technique::{ambient_occlusion, direct, layered_rsm, soft_gi, visibility_filter, voxel_cones};
-use arguments::{Only, Technique};
+use arguments::{Only, Technique, UpsamplingChoice};
 use clap::ValueEnum;
 use output::{check_output, dump_path, note_error, open_reference, report, write};
 use std::path::{Path, PathBuf};
@@ -120,6 +120,7 @@ fn one(
     let (scene, view) = a.scene.open_at(moment.seconds, moment.degrees, &mut session.kept)?;
     let (technique, reason) = chosen(a, &scene, session.moving);
     check_request(a, technique)?;
+    let wants = wanted(a)?;
     let output = output.map_or_else(|| PathBuf::from(format!("{}.png", scene.name)), Path::to_owned);
     for path in std::iter::once(output.clone()).chain(a.dump.iter().map(|name| dump_path(&output, name))) {
         check_output(&path)?;
@@ -128,11 +129,11 @@ fn one(
         for warning in &scene.warnings {
             eprintln!("note: {warning}");
         }
-        if let Some(why) = reason {
+        if let Some(why) = reason.filter(|_| !wants) {
             eprintln!("note: auto chose {}: {why}", name(technique));
         }
     }
-    let choice = wanted(a)?.then(|| chosen::choose(a, &scene, &view)).transpose()?;
+    let choice = if wants { chosen::choose(a, &scene, &view)? } else { None };
     let own;
     let (a, technique) = match &choice {
         Some(choice) => {
@@ -140,6 +141,7 @@ fn one(
             // What does not fit leaves out effects beside.
             let budget = a.budget.filter(|_| !choice.fits);
             own = RenderArguments { knobs: choice.knobs.clone(), budget, error: None, ..a.clone() };
+            check_request(&own, choice.technique)?;
             (&own, choice.technique)
         }
         None => (a, technique),
@@ -183,8 +185,13 @@ fn wanted(a: &RenderArguments) -> Result<bool, Failure> {
     }
     let steps = a.technique == Technique::Auto
         || crate::cli::tradeoff::steps_of(&name(a.technique), (1, 1)).is_some();
-    let light = a.only != Only::Direct && a.effects.is_none() && a.quality == 0.0;
-    Ok(a.error.is_some() || a.budget.is_some() && !own && steps && light)
+    let all = a.only != Only::Direct && a.effects.is_none() && a.quality == 0.0;
+    if a.error.is_some() && !all {
+        return Err(Failure::Request(
+            "--error: curves are of all effects; leave out --effects, --quality and --only direct".into(),
+        ));
+    }
+    Ok(a.error.is_some() || a.budget.is_some() && !own && steps && all)
 }
 
 fn note_choice(a: &RenderArguments, choice: &chosen::Choice) {
@@ -241,6 +248,13 @@ fn check_request(a: &RenderArguments, technique: Technique) -> Result<(), Failur
         _ => &[],
     };
     a.knobs.check(of, &name(technique))?;
+    let gathers = of.iter().any(|&t| t != Of::SoftGi);
+    if a.upsampling != UpsamplingChoice::Bilateral && !gathers {
+        return Err(Failure::Request(format!(
+            "--upsampling does nothing for --technique {}; leave it out",
+            name(technique)
+        )));
+    }
     let (width, height) = a.scene.look.size;
     match technique {
         Technique::VisibilityFilter => a.knobs.visibility_filter().check(width, height),

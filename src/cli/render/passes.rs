@@ -37,6 +37,7 @@ pub(super) fn request(a: &RenderArguments, technique: Technique, view: &View) ->
         falloff: a.falloff,
         reach: a.reach,
         light: a.only.light(),
+        upsampling: a.upsampling.kind(),
         dumps: a.dump.clone(),
         check_finite: a.check_finite,
     };

@@ -13,6 +13,7 @@ use crate::report::halves::Halves;
 use crate::scene::{Scene, bvh::Bvh};
 use crate::technique::reference::{self, Bounces, Reference, ReferenceResult};
 use crate::technique::{LightPart, View};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -39,6 +40,8 @@ pub(crate) struct Subject {
     pub emissive: bool,
     backend: BackendOptions,
     gpu: bool,
+    /// Becomes true when the user interrupts.
+    pub stop: Arc<AtomicBool>,
     /// Renderers that trials use again: of the CPU, of the GPU in fast arithmetic and in strict.
     cpu: Option<Renderer<Cpu>>,
     fast: Option<Renderer<Gpu>>,
@@ -63,8 +66,8 @@ impl Subject {
         gpu: bool,
     ) -> Result<Self, Failure> {
         let tree = build_tree(&scene)?;
-        let (cpu, fast, strict) = (None, None, None);
-        Ok(Self { words, scene, tree, view, emissive, backend: backend.clone(), gpu, cpu, fast, strict })
+        let (backend, stop, cpu, fast, strict) = (backend.clone(), Arc::default(), None, None, None);
+        Ok(Self { words, scene, tree, view, emissive, backend, gpu, stop, cpu, fast, strict })
     }
 
     /// The command line of a trial.
@@ -76,7 +79,7 @@ impl Subject {
     }
 
     /// What makes light of the scene that the techniques do not split the same way when parts are asked for.
-    fn splits(&self) -> bool {
+    pub(crate) fn splits(&self) -> bool {
         let census = self.scene.census();
         census.has_environment || (self.emissive && census.has_emission)
     }
@@ -97,6 +100,7 @@ impl Subject {
             let request = Request { view, ..request };
             let mut other =
                 Self::of(self.words.clone(), scene, view, self.emissive, &self.backend, self.gpu)?;
+            other.stop = self.stop.clone();
             return other.measure_request(&request, a.arithmetic(), parts, repeats);
         }
         self.measure_request(&request, a.arithmetic(), parts, repeats)
@@ -115,23 +119,27 @@ impl Subject {
                 let cpu = Cpu::new(self.backend.threads)?;
                 self.cpu = Some(Renderer::with_tree(cpu, scene.clone(), tree.clone())?);
             }
-            return self.cpu.as_mut().map_or_else(lost, |r| measure(r, request, part, repeats));
+            return self.cpu.as_mut().map_or_else(lost, |r| measure(r, request, part, repeats, &self.stop));
         }
-        let strict = arithmetic == Some(ArithmeticChoice::Strict);
+        let strict = arithmetic.or(self.backend.arithmetic) == Some(ArithmeticChoice::Strict);
         let place = if strict { &mut self.strict } else { &mut self.fast };
         if place.is_none() {
             let choice = if strict { ArithmeticChoice::Strict } else { ArithmeticChoice::Fast };
             let gpu = BackendOptions { arithmetic: Some(choice), ..self.backend.clone() }.gpu(choice)?;
             *place = Some(Renderer::with_tree(gpu, scene.clone(), tree.clone())?);
         }
-        place.as_mut().map_or_else(lost, |r| measure(r, request, part, repeats))
+        place.as_mut().map_or_else(lost, |r| measure(r, request, part, repeats, &self.stop))
     }
 
     /// Measures one frame, on a GPU after one that warms up.
-    pub(crate) fn measure_briefly(&mut self, trial: &Trial) -> Result<Measured, Failure> {
-        let request = request_of(&self.arguments(trial)?, &self.view)?;
+    pub(crate) fn measure_briefly(&mut self, request: &Request) -> Result<Measured, Failure> {
         let repeats = u32::from(self.gpu);
-        self.measure_request(&request, None, Parts::Whole, repeats)
+        self.measure_request(request, None, Parts::Whole, repeats)
+    }
+
+    /// The CPU backend with the threads that were asked for.
+    pub(crate) fn cpu(&self) -> Result<Cpu, Failure> {
+        Ok(Cpu::new(self.backend.threads)?)
     }
 
     /// Traces paths on the CPU.
@@ -149,30 +157,29 @@ impl Subject {
             emissive: self.emissive,
             pixel_filter: true,
         };
-        let cpu = Cpu::new(self.backend.threads)?;
+        let cpu = self.cpu()?;
         let (scene, tree, view) = (&self.scene, &self.tree, &self.view);
         Ok(cpu.install(|| reference::render(scene, tree, view, &settings, stop, progress)))
     }
 
     /// Measures the path tracer: its paths go through whole pixels.
-    pub(crate) fn measure_paths(
-        &self,
-        samples: u32,
-        repeats: u32,
-        stop: &AtomicBool,
-    ) -> Result<Measured, Failure> {
+    pub(crate) fn measure_paths(&self, samples: u32, repeats: u32) -> Result<Measured, Failure> {
+        let stop = &*self.stop;
         let mut times = Vec::new();
-        let mut result = None;
-        // Cheap ones vary more.
+        // One path warms up.
+        let mut result = self.trace(1, 999, stop, |_| ())?;
         for seed in 0..repeats.max(1) {
             let begun = Instant::now();
-            result = Some(self.trace(samples, 1000 + seed, stop, |_| ())?);
+            result = self.trace(samples, 1000 + seed, stop, |_| ())?;
             times.push(begun.elapsed().as_secs_f64());
             if stop.load(Ordering::Relaxed) || times.iter().sum::<f64>() > LONG && times.len() >= 3 {
                 break;
             }
         }
-        let result = result.filter(|r| r.samples == samples).ok_or_else(interrupted)?;
+        if result.samples != samples {
+            return Err(interrupted());
+        }
+        finite(&result.all(), "reference")?;
         let seconds = Spread::of(times);
         let (all, indirect) = (result.all(), Some(result.indirect));
         Ok(Measured { seconds, wall: seconds.median, camera: None, bytes: 0, indirect, all })
@@ -200,6 +207,14 @@ impl Right {
 
 fn lost<T>() -> Result<T, Failure> {
     Err(Failure::Work("no renderer".into()))
+}
+
+/// Refuses pictures that are none.
+fn finite(picture: &Picture, technique: &str) -> Result<(), Failure> {
+    if picture.pixels.iter().all(|p| p.is_finite()) {
+        return Ok(());
+    }
+    Err(Failure::Work(format!("{technique}: pixels that are not finite; please report the scene")))
 }
 
 pub(crate) fn interrupted() -> Failure {
@@ -231,6 +246,7 @@ fn measure<B: Backend>(
     request: &Request,
     parts: Parts,
     repeats: u32,
+    stop: &AtomicBool,
 ) -> Result<Measured, Failure> {
     let plan = renderer.plan(request).map_err(|e| Failure::Request(e.to_string()))?;
     // The first frame warms up: pipelines are made, pages touched.
@@ -243,6 +259,9 @@ fn measure<B: Backend>(
     // Where nothing is repeated it counts all the same.
     let (mut times, mut walls) = if repeats > 0 { (vec![], vec![]) } else { (vec![seconds], vec![wall]) };
     for _ in 0..repeats {
+        if stop.load(Ordering::Relaxed) {
+            return Err(interrupted());
+        }
         renderer.forget();
         let (seconds, wall, _) = passes(renderer, &plan)?;
         times.push(seconds);
@@ -258,12 +277,7 @@ fn measure<B: Backend>(
     }
     let split = parts != Parts::Whole && plan.gathers();
     let indirect = if split { Some(indirect(renderer, request, parts, &all)?) } else { None };
-    if !all.pixels.iter().all(|p| p.is_finite()) {
-        return Err(Failure::Work(format!(
-            "{}: pixels that are not finite; please report the scene",
-            plan.technique.name()
-        )));
-    }
+    finite(&all, plan.technique.name())?;
     let wall = Spread::of(walls).median;
     Ok(Measured { seconds: Spread::of(times), wall, camera, bytes, indirect, all })
 }

@@ -109,6 +109,13 @@ impl Folder {
         Ok(Self { path: path.to_owned() })
     }
 
+    /// Removes what an earlier run left for one that goes on.
+    fn forget_parts(&self) {
+        for entry in std::fs::read_dir(self.path.join("parts")).into_iter().flatten().flatten() {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+
     fn record(&self) -> PathBuf {
         self.path.join("tradeoff.json")
     }

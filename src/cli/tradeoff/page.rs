@@ -11,10 +11,11 @@ const CSS: &str = include_str!("page/page.css");
 const JS: &str = include_str!("page/page.js");
 
 /// The page: one file that needs no other.
-pub(super) fn page(record: &Record, folder: &Folder) -> Result<String, Failure> {
+pub(super) fn page(record: &Record, folder: &Folder, pictures: bool) -> Result<String, Failure> {
     let mut data = serde_json::to_value(record).map_err(|e| Failure::Work(e.to_string()))?;
     for (scene, value) in record.scenes.iter().zip(data["scenes"].as_array_mut().into_iter().flatten()) {
-        let of = |name: &str| picture(folder, &scene.name, name);
+        // Pictures of an earlier run may lie there that this one does not show.
+        let of = |name: &str| if pictures { picture(folder, &scene.name, name) } else { Value::Null };
         value["reference"]["images"] =
             json!({ "indirect": of("reference.indirect"), "all": of("reference.all") });
         for (point, value) in scene.points.iter().zip(value["points"].as_array_mut().into_iter().flatten()) {

@@ -95,7 +95,7 @@ fn chart(
         )?;
     chart
         .configure_mesh()
-        .x_desc("time of a frame, ms")
+        .x_desc("time of a frame's passes, ms")
         .y_desc(up.title())
         .x_labels(16)
         .y_labels(16)

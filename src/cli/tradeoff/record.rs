@@ -77,9 +77,12 @@ pub(crate) struct Attribution {
     /// Of indirect light, with the stage as it is and with its exact counterpart.
     pub before: f64,
     pub relative_rmse: f64,
+    /// Errors below this cannot be told from none.
+    #[serde(default)]
+    pub resolution: f64,
     pub mean_ratio: f64,
-    /// Share of the squared error that goes.
-    pub share: f64,
+    /// Share of the squared error that goes, at least.
+    pub share: Option<f64>,
 }
 
 /// All of a scene.
@@ -88,6 +91,9 @@ pub(crate) struct SceneRecord {
     pub name: String,
     pub view: String,
     pub credit: String,
+    /// What the scene is made of, in short.
+    #[serde(default)]
+    pub fingerprint: String,
     pub size: (u32, u32),
     pub compared: (u32, u32),
     pub reference: Option<Reference>,
@@ -152,7 +158,9 @@ impl Record {
     /// Whether `other` asks for the same.
     pub(crate) fn same_request(&self, other: &Self) -> bool {
         let of = |r: &Self| {
-            let scenes = r.scenes.iter().map(|s| (s.name.clone(), s.view.clone(), s.size, s.compared));
+            let of =
+                |s: &SceneRecord| (s.name.clone(), s.view.clone(), s.size, s.compared, s.fingerprint.clone());
+            let scenes = r.scenes.iter().map(of);
             (r.command.clone(), r.version.clone(), r.machine.clone(), scenes.collect::<Vec<_>>())
         };
         of(self) == of(other)
@@ -185,6 +193,24 @@ impl Record {
                 );
             }
         }
+        for scene in self.scenes.iter().filter(|s| !s.attribution.is_empty()) {
+            text += &format!("{}: a stage at a time by its exact counterpart\n", scene.name);
+            text += &format!(
+                "{:<18} {:<24} {:>8} {:>8} {:>7}  instead\n",
+                "technique", "stage", "before", "RMSE", "share"
+            );
+            for a in &scene.attribution {
+                text += &format!(
+                    "{:<18} {:<24} {:>6.1} % {:>6.1} % {:>5.0} %  {}\n",
+                    a.technique,
+                    a.stage,
+                    100.0 * a.before,
+                    100.0 * a.relative_rmse.max(a.resolution),
+                    100.0 * a.share.unwrap_or(f64::NAN),
+                    a.exact
+                );
+            }
+        }
         text + &format!("wrote {}\n", path.join("index.html").display())
     }
 
@@ -199,11 +225,11 @@ impl Record {
                 let t = &p.seconds;
                 text += &format!(
                     "{},{},{},{},{},{:.6},{:.6},{:.6},{},{:.6},{},{}",
-                    s.name,
+                    field(&s.name),
                     p.technique,
                     p.knob,
-                    p.value,
-                    p.settings,
+                    field(&p.value),
+                    field(&p.settings),
                     t.median,
                     t.least,
                     t.most,
@@ -226,6 +252,15 @@ impl Record {
             }
         }
         text
+    }
+}
+
+/// A field of a table of commas.
+fn field(text: &str) -> String {
+    if text.contains([',', '"', '\n']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
     }
 }
 

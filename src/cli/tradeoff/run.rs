@@ -32,15 +32,19 @@ pub(super) fn run(a: &TradeoffArguments, output: &Path) -> Result<(), Failure> {
     check_techniques(a)?;
     let fresh = fresh_record(a, &subjects, gpu)?;
     let folder = Folder::make(output)?;
-    let mut record = match Record::open(&folder.record())? {
-        Some(old) if !a.restart && old.same_request(&fresh) => Record { runs: old.runs + 1, ..old },
-        Some(_) if !a.restart => {
+    if a.restart {
+        folder.forget_parts();
+    }
+    let old = if a.restart { None } else { Record::open(&folder.record())? };
+    let mut record = match old {
+        Some(old) if old.same_request(&fresh) => Record { runs: old.runs + 1, ..old },
+        Some(_) => {
             return Err(Failure::Request(format!(
-                "{} has the report of another request; give --restart or another folder",
+                "{} has the report of another request, or the scene has changed; give --restart or another folder",
                 output.display()
             )));
         }
-        _ => fresh,
+        None => fresh,
     };
     let stop = Arc::new(AtomicBool::new(false));
     let seen = stop.clone();
@@ -53,6 +57,7 @@ pub(super) fn run(a: &TradeoffArguments, output: &Path) -> Result<(), Failure> {
     let session = Session { a, folder, stop, bar, begun: Instant::now() };
     let mut result = Ok(());
     for (i, subject) in subjects.iter_mut().enumerate() {
+        subject.stop = session.stop.clone();
         result = session.scene(subject, &mut record, i);
         if result.is_err() {
             break;
@@ -115,8 +120,9 @@ fn fresh_record(a: &TradeoffArguments, subjects: &[Subject], gpu: bool) -> Resul
         let indirect = !s.scene.lights.is_empty() && technique_names(a, s).any(|t| t != "soft-gi");
         scenes.push(SceneRecord {
             name,
-            view: s.words[1..].join(" "),
+            view: quoted(&s.words[1..]),
             credit: a.credit.clone(),
+            fingerprint: format!("{:016x}", s.scene.fingerprint()),
             size: (width, height),
             compared,
             reference: None,
@@ -129,16 +135,29 @@ fn fresh_record(a: &TradeoffArguments, subjects: &[Subject], gpu: bool) -> Resul
     Ok(Record { command, version: env!("CARGO_PKG_VERSION").into(), machine, runs: 1, scenes })
 }
 
+/// Words as a shell takes them.
+fn quoted(words: &[String]) -> String {
+    let word = |w: &String| {
+        if w.contains(|c: char| c.is_whitespace() || "\"'$&;|<>()*?`\\".contains(c)) {
+            format!("'{}'", w.replace('\'', "'\\''"))
+        } else {
+            w.clone()
+        }
+    };
+    words.iter().map(word).collect::<Vec<_>>().join(" ")
+}
+
 /// The command that makes the same report.
 fn command_text(a: &TradeoffArguments) -> String {
     let mut words = vec!["twinlight tradeoff".to_owned()];
-    words.extend(a.scenes.iter().map(|s| if s.contains(' ') { format!("\"{s}\"") } else { s.clone() }));
+    words.extend(a.scenes.iter().map(|s| quoted(std::slice::from_ref(s))));
     let (width, height) = a.look.size;
     words.push(format!("--size {width}x{height}"));
     words.extend(a.look.words());
     if a.machine.is_gpu() {
         words.push("--backend gpu".into());
     }
+    words.extend(a.backend.words());
     if let Some(techniques) = &a.techniques {
         words.push(format!("--techniques {}", techniques.join(",")));
     }
@@ -207,11 +226,11 @@ impl Session<'_> {
         self.all(&first, subject, record, index, &right)?;
         if !self.a.no_attribution {
             self.bar.set_message(format!("{name}: stages"));
-            attribution::attribute(self, subject, &mut record.scenes[index], &right)?;
-            record.save(&self.folder.record())?;
+            attribution::attribute(self, subject, record, index, &right)?;
         }
         self.all(&single, subject, record, index, &right)?;
-        if self.late() && !self.a.quiet {
+        let left = first.iter().chain(&single).any(|t| !record.scenes[index].has(t));
+        if self.late() && left && !self.a.quiet {
             eprintln!("note: the time limit is over; the same command goes on from here");
         }
         Ok(())
@@ -240,17 +259,7 @@ impl Session<'_> {
                 break;
             }
             self.bar.set_message(format!("{name}: {} {}", trial.technique, trial.settings()));
-            let measured = match self.measure(subject, trial) {
-                Err(Failure::Work(why)) if why == "interrupted" => return Err(self.interrupted()),
-                // A setting that this scene or size does not allow is no point.
-                Err(Failure::Request(why)) => {
-                    if !self.a.quiet {
-                        eprintln!("note: left out {} {}: {why}", trial.technique, trial.settings());
-                    }
-                    continue;
-                }
-                other => other?,
-            };
+            let Some(measured) = self.measure(subject, trial)? else { continue };
             let scene = &mut record.scenes[index];
             let id = scene.points.len();
             scene.points.push(self.point(subject, trial, id, &measured, (right, &coarse), record.runs));
@@ -272,17 +281,44 @@ impl Session<'_> {
         self.a.time_limit.is_some_and(|limit| self.begun.elapsed() > limit)
     }
 
-    pub(super) fn measure(&self, subject: &mut Subject, trial: &Trial) -> Result<Measured, Failure> {
-        if trial.technique == "reference" {
-            let samples = trial.value.parse().map_err(|_| interrupted())?;
-            return subject.measure_paths(samples, self.a.repeats, &self.stop);
-        }
-        subject.measure(trial, self.a.repeats)
+    /// Keeps what is known so far.
+    pub(super) fn save(&self, record: &Record) -> Result<(), Failure> {
+        record.save(&self.folder.record())
+    }
+
+    fn measure(&self, subject: &mut Subject, trial: &Trial) -> Result<Option<Measured>, Failure> {
+        let result = if trial.technique == "reference" {
+            subject.measure_paths(trial.value.parse().unwrap_or(1), self.a.repeats)
+        } else {
+            subject.measure(trial, self.a.repeats)
+        };
+        self.usable(trial, result)
     }
 
     /// Measures for the error alone.
-    pub(super) fn measure_once(&self, subject: &mut Subject, trial: &Trial) -> Result<Measured, Failure> {
-        subject.measure(trial, 0)
+    pub(super) fn measure_once(
+        &self,
+        subject: &mut Subject,
+        trial: &Trial,
+    ) -> Result<Option<Measured>, Failure> {
+        let result = subject.measure(trial, 0);
+        self.usable(trial, result)
+    }
+
+    /// A setting that this scene, size or device does not allow is no point; the others are tried all the same.
+    fn usable(&self, trial: &Trial, result: Result<Measured, Failure>) -> Result<Option<Measured>, Failure> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(self.interrupted());
+        }
+        match result {
+            Ok(measured) => Ok(Some(measured)),
+            Err(Failure::Request(why) | Failure::Work(why)) => {
+                if !self.a.quiet {
+                    eprintln!("note: left out {} {}: {why}", trial.technique, trial.settings());
+                }
+                Ok(None)
+            }
+        }
     }
 
     fn point(
@@ -295,17 +331,19 @@ impl Session<'_> {
         run: u32,
     ) -> Point {
         let side = self.a.block;
-        let mut command = format!("twinlight render {}", subject.line(trial).join(" "));
+        let mut words = vec!["twinlight".to_owned(), "render".to_owned()];
+        words.extend(subject.line(trial));
         if self.a.machine.is_gpu() && trial.technique != "reference" {
-            command += " --backend gpu";
+            words.push("--backend=gpu".into());
         }
+        words.extend(self.a.backend.words());
         Point {
             id,
             technique: trial.technique.into(),
             knob: trial.knob.into(),
             value: trial.value.clone(),
             settings: trial.settings(),
-            command,
+            command: quoted(&words),
             seconds: m.seconds,
             wall: m.wall,
             camera: m.camera,
@@ -372,8 +410,9 @@ impl Session<'_> {
         record.save(&self.folder.record())?;
         write_whole(&path.join("tradeoff.csv"), record.csv().as_bytes())?;
         for scene in &record.scenes {
-            if self.a.pictures == Pictures::Front {
-                for p in scene.points.iter().filter(|p| !p.pareto && !p.knob.is_empty()) {
+            if self.a.pictures != Pictures::All {
+                let front = self.a.pictures == Pictures::Front;
+                for p in scene.points.iter().filter(|p| !front || !p.pareto && !p.knob.is_empty()) {
                     for kind in ["all", "indirect", "error"] {
                         let _ = std::fs::remove_file(
                             self.folder.picture(&scene.name, &format!("{}.{kind}", p.id)),
@@ -388,7 +427,10 @@ impl Session<'_> {
                 }
             }
         }
-        write_whole(&path.join("index.html"), page::page(record, &self.folder)?.as_bytes())?;
+        write_whole(
+            &path.join("index.html"),
+            page::page(record, &self.folder, self.a.pictures != Pictures::None)?.as_bytes(),
+        )?;
         if self.a.json {
             let text = serde_json::to_string(record).map_err(|e| Failure::Work(e.to_string()))?;
             return print_out(&format!("{text}\n"));

@@ -122,7 +122,8 @@ fn params(surroundings: &Surroundings, job: &Job, settings: &SoftGi, width: u32,
             Operator::Averaged => soft_gi::AVERAGED,
             Operator::Exact => soft_gi::EXACT,
         },
-        entries: ENTRIES,
+        entries: settings.entries,
+        fade: settings.fade,
         parts: match job.light {
             LightPart::All if surroundings.proxies.is_empty() => soft_gi::SHADOWED,
             LightPart::All => soft_gi::SHADOWED | soft_gi::REFLECTED,
@@ -287,7 +288,7 @@ fn occlusion<B: Backend>(
     backend.set_stage("occlusion");
     let count = g.count();
     let order = params.order as usize;
-    let table = backend.upload("logarithms' table", &log_occlusion_table(order, ENTRIES as usize))?;
+    let table = backend.upload("logarithms' table", &log_occlusion_table(order, params.entries as usize))?;
     let mut logarithms = backend.alloc("log occlusion", count as usize)?;
     backend.accumulate_occlusion(
         params,

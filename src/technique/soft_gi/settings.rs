@@ -1,6 +1,8 @@
 //! Which knobs does soft global illumination have, and what do they do to error and cost?
 
+use super::ENTRIES;
 use crate::error::SettingsError;
+use twinlight_kernels::sh::FADE;
 
 /// How the logarithms of visibility are exponentiated. SGI §3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,6 +49,10 @@ pub struct SoftGi {
     pub light_reach: f32,
     /// Pixels for a receiver along each axis: 1, 2, 4 or 8. Cost its inverse square.
     pub receiver_scale: u32,
+    /// Rows of the table of logarithms, 16 to 4096.
+    pub entries: u32,
+    /// δ: where a proxy that holds a receiver from below has faded in, in its radii outside of it, 0.001 to 10. Wider ones let light into creases.
+    pub fade: f32,
 }
 
 impl Default for SoftGi {
@@ -60,6 +66,8 @@ impl Default for SoftGi {
             shadow_reach: None,
             light_reach: 10.0,
             receiver_scale: 2,
+            entries: ENTRIES,
+            fade: FADE,
         }
     }
 }
@@ -107,6 +115,12 @@ impl SoftGi {
                 return refuse(knob, format!("{value} is not from 1 to 1000"));
             }
         }
+        if !(16..=4096).contains(&self.entries) {
+            return refuse("log-entries", format!("{} is not from 16 to 4096", self.entries));
+        }
+        if !(self.fade >= 0.001 && self.fade <= 10.0) {
+            return refuse("self-shadow-fade", format!("{} is not from 0.001 to 10", self.fade));
+        }
         if ![1, 2, 4, 8].contains(&self.receiver_scale) {
             return refuse("receiver-scale", format!("{} is not 1, 2, 4 or 8", self.receiver_scale));
         }
@@ -135,7 +149,7 @@ mod tests {
         }
         assert!(SoftGi::preset("teapot").is_none());
         type Spoil = fn(&mut SoftGi);
-        let spoilt: [(&str, Spoil); 9] = [
+        let spoilt: [(&str, Spoil); 12] = [
             ("order", |s| s.order = 1),
             ("order", |s| s.order = 6),
             ("tau", |s| s.tau = f32::NAN),
@@ -145,6 +159,9 @@ mod tests {
             ("light-reach", |s| s.light_reach = f32::INFINITY),
             ("receiver-scale", |s| s.receiver_scale = 3),
             ("receiver-scale", |s| s.receiver_scale = 0),
+            ("log-entries", |s| s.entries = 15),
+            ("self-shadow-fade", |s| s.fade = 0.0),
+            ("self-shadow-fade", |s| s.fade = f32::NAN),
         ];
         for (knob, spoil) in spoilt {
             let mut settings = SoftGi::default();

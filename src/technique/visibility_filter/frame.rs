@@ -58,10 +58,10 @@ pub fn render<B: Backend>(
             backend.set_stage("upsampling");
             if seen.wants("indirect") {
                 let nothing = backend.alloc("radiance", count)?;
-                let indirect = gathered.add_to(backend, view, &g, nothing)?;
+                let indirect = gathered.add_to(backend, view, &g, job.upsampling, nothing)?;
                 seen.dump(backend, "indirect", &indirect, band.start, |v: &Vec4| v.truncate())?;
             }
-            sum = gathered.add_to(backend, view, &g, sum)?;
+            sum = gathered.add_to(backend, view, &g, job.upsampling, sum)?;
             seen.check(backend, "radiance", &sum)?;
         }
         if let Some((p, lit)) = lit_proxies {

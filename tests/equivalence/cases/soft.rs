@@ -71,6 +71,7 @@ impl Soft {
             entries: ENTRIES,
             operator_entries: ENTRIES,
             parts: 3,
+            fade: 0.3,
             ..Default::default()
         };
         let tiles = params.tiles_x * SIZE.1.div_ceil(8);

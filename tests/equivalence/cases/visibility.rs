@@ -9,6 +9,7 @@ use glam::Vec4;
 use twinlight_kernels::passes;
 use twinlight_kernels::passes::Accumulate;
 use twinlight_kernels::passes::elements::*;
+use twinlight_kernels::passes::upsample::{BILATERAL, BILINEAR, NEAREST};
 use twinlight_kernels::passes::visibility_filter::gather_voxels::{
     CLAMP_DISC, CLAMP_NONE, CLAMP_RADIUS, GATHER_SHARE,
 };
@@ -280,13 +281,15 @@ pub fn upsample(draw: &mut Draw) -> Vec<case::upsample> {
         scale_y: 1.1,
         ..Default::default()
     };
-    vec![case::upsample {
-        launch: launch("a band of pixels"),
-        params,
-        surfaces: fine.surfaces,
-        coarse_surfaces: coarse.surfaces,
+    let filters = [("by depth and normal", BILATERAL), ("by place", BILINEAR), ("from the nearest", NEAREST)];
+    let of = |(name, filter): (&str, u32)| case::upsample {
+        launch: launch(&format!("a band of pixels {name}")),
+        params: UpsampleParams { filter, ..params },
+        surfaces: fine.surfaces.clone(),
+        coarse_surfaces: coarse.surfaces.clone(),
         values: previous(draw),
-    }]
+    };
+    filters.map(of).into()
 }
 
 pub fn filter_interleaved(draw: &mut Draw) -> Vec<case::filter_interleaved> {

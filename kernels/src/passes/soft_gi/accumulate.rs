@@ -26,7 +26,7 @@ fn logarithms<const N: usize, const B: usize>(
     let mut sum = [0.0; N];
     for k in 0..count {
         let sphere = proxies[lists[(first + k) as usize] as usize].sphere;
-        let b = sh::blocker(sphere.truncate(), sphere.w, p, n);
+        let b = sh::blocker(sphere.truncate(), sphere.w, p, n, params.fade);
         let u = sh::occlusion_key(b.alpha);
         let weight = b.weight * sh::influence_weight(u, least, 2.0);
         if weight > 0.0 {

@@ -99,7 +99,7 @@ pub fn accumulate_indirect(
     let mut sum = Vec4::ZERO;
     for k in 0..count {
         let proxy = &proxies[lists[(first + k) as usize] as usize];
-        let b = sh::blocker(proxy.sphere.truncate(), proxy.sphere.w, p, n);
+        let b = sh::blocker(proxy.sphere.truncate(), proxy.sphere.w, p, n, params.fade);
         let u = sh::occlusion_key(b.alpha);
         let weight = b.weight * sh::influence_weight(u, least, 2.0);
         // ξ compares solid angles with what shadows: the same proxies must count in both.

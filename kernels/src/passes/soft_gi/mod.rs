@@ -76,5 +76,13 @@ gpu_struct! {
         pub pairs: u32,
         /// [`SHADOWED`], [`REFLECTED`].
         pub parts: u32,
+        /// Where a sphere that holds a point from below has faded in, in its radii outside of it.
+        pub fade: f32,
+        /// Padding.
+        pub pad0: u32,
+        /// Padding.
+        pub pad1: u32,
+        /// Padding.
+        pub pad2: u32,
     }
 }
