@@ -112,7 +112,7 @@ impl Halves {
             right += grey(reference);
             off.push(((both - reference).length_squared() / 3.0).sqrt());
         }
-        if !(right > 0.0) {
+        if right.is_nan() || right <= 0.0 {
             return None;
         }
         let pixels = off.len() as f64;

@@ -89,9 +89,15 @@ const END: &str = "<!-- end -->";
 pub fn write_tables() -> Result<(), String> {
     let path = root().join("README.md");
     let readme = std::fs::read_to_string(&path).map_err(|e| e.to_string())?;
-    let table = table(&root().join("docs/tradeoff/cpu"))?;
+    let table = both_tables()?;
     std::fs::write(&path, with_table(&readme, &table)?).map_err(|e| e.to_string())?;
     std::fs::write(root().join("docs/tradeoff/tables.md"), all_tables()?).map_err(|e| e.to_string())
+}
+
+/// The README's tables: of the CPU and of the GPU.
+fn both_tables() -> Result<String, String> {
+    let of = |machine: &str| table(&root().join("docs/tradeoff").join(machine));
+    Ok(of("cpu")? + of("gpu")?.trim_start_matches('\n'))
 }
 
 /// Fronts and stages of both machines.
@@ -165,40 +171,75 @@ fn with_table(readme: &str, table: &str) -> Result<String, String> {
     Ok(format!("{before}{BEGIN}{table}{END}{after}"))
 }
 
-/// For each scene of the folder: each technique's defaults, and what nothing else beats.
+/// Each technique's defaults in each scene of the folder.
 fn table(folder: &Path) -> Result<String, String> {
-    Ok(scenes(folder)?.iter().map(|(_, scene)| scene_rows(scene)).collect())
+    let mut text = String::new();
+    for (i, (record, scene)) in scenes(folder)?.iter().enumerate() {
+        if i == 0 {
+            let machine = record["machine"].as_str().unwrap_or_default();
+            let [width, height] = [0, 1].map(|k| scene["size"][k].as_u64().unwrap_or(0));
+            text += &format!(
+                "\n{machine}, {width} × {height}:\n\n| scene | technique | relative RMSE | mean ratio | ms | {PATH} |\n"
+            );
+            text += "|---|---|---|---|---|---|\n";
+        }
+        let light = if scene["axis"] == "all" { ", all light" } else { "" };
+        let head = format!("| {}{light} | ", scene["name"].as_str().unwrap_or_default());
+        for row in rows(scene, |p| p["knob"] == "") {
+            text += &format!("{head}{} | {} |\n", row.technique, row.figures);
+        }
+    }
+    Ok(text + "\n")
 }
 
+const PATH: &str = "path tracer for this error";
+
+/// Each technique's defaults, and what nothing else beats.
 fn scene_rows(scene: &Value) -> String {
-    let axis = scene["axis"].as_str().unwrap_or("indirect");
-    let light = if axis == "all" { "all light" } else { "indirect light" };
-    let mut rows: Vec<&Value> = scene["points"].as_array().into_iter().flatten().collect();
-    let error = |p: &Value| p[axis]["relative_rmse"].as_f64().unwrap_or(f64::NAN);
-    let is_path = |p: &&Value| p["technique"] == "reference";
-    let paths: Vec<_> = rows.iter().copied().filter(is_path).map(|p| (error(p), seconds(p))).collect();
-    rows.retain(|p| p["knob"] == "" || p["pareto"] == true);
-    rows.sort_by(|a, b| seconds(a).total_cmp(&seconds(b)));
+    let light = if scene["axis"] == "all" { "all light" } else { "indirect light" };
     let mut text = format!(
-        "\n| {}, {light} | relative RMSE | mean ratio | ms | path tracer for this error | front |\n|---|---|---|---|---|---|\n",
+        "\n| {}, {light} | relative RMSE | mean ratio | ms | {PATH} | front |\n|---|---|---|---|---|---|\n",
         scene["name"].as_str().unwrap_or_default()
     );
-    for p in rows {
-        let settings = match p["settings"].as_str().unwrap_or_default() {
-            "" => "defaults".to_owned(),
-            s => format!("`{s}`"),
-        };
-        text += &format!(
-            "| {}, {settings} | {:.1} % | {:.3} | {:.0} | {} | {} |\n",
-            p["technique"].as_str().unwrap_or_default(),
+    for row in rows(scene, |p| p["knob"] == "" || p["pareto"] == true) {
+        let settings =
+            if row.settings.is_empty() { "defaults".into() } else { format!("`{}`", row.settings) };
+        let front = if row.front { "●" } else { "" };
+        text += &format!("| {}, {settings} | {} | {front} |\n", row.technique, row.figures);
+    }
+    text + "\n"
+}
+
+struct Row {
+    technique: String,
+    settings: String,
+    /// Error, ratio, time and that of the path tracer, as columns.
+    figures: String,
+    front: bool,
+}
+
+/// The points of a scene that are asked for, by time.
+fn rows(scene: &Value, wanted: impl Fn(&Value) -> bool) -> Vec<Row> {
+    let axis = scene["axis"].as_str().unwrap_or("indirect");
+    let mut points: Vec<&Value> = scene["points"].as_array().into_iter().flatten().collect();
+    let error = |p: &Value| p[axis]["relative_rmse"].as_f64().unwrap_or(f64::NAN);
+    let is_path = |p: &&Value| p["technique"] == "reference";
+    let paths: Vec<_> = points.iter().copied().filter(is_path).map(|p| (error(p), seconds(p))).collect();
+    points.retain(|p| wanted(p));
+    points.sort_by(|a, b| seconds(a).total_cmp(&seconds(b)));
+    let row = |p: &Value| Row {
+        technique: p["technique"].as_str().unwrap_or_default().to_owned(),
+        settings: p["settings"].as_str().unwrap_or_default().to_owned(),
+        figures: format!(
+            "{:.1} % | {:.3} | {:.0} | {}",
             100.0 * error(p),
             p[axis]["mean_ratio"].as_f64().unwrap_or(f64::NAN),
             1e3 * seconds(p),
-            times(path_seconds(&paths, error(p)), seconds(p)),
-            if p["pareto"] == true { "●" } else { "" }
-        );
-    }
-    text + "\n"
+            times(path_seconds(&paths, error(p)), seconds(p))
+        ),
+        front: p["pareto"] == true,
+    };
+    points.into_iter().map(row).collect()
 }
 
 /// How many times as long.
@@ -245,8 +286,8 @@ mod tests {
     #[test]
     fn the_readmes_table_is_that_of_the_data() {
         let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
-        let table = table(&root().join("docs/tradeoff/cpu")).unwrap();
-        assert!(table.contains("voxel-cones, defaults"), "{table}");
+        let table = both_tables().unwrap();
+        assert!(table.contains("| sponza | voxel-cones |"), "{table}");
         assert!(with_table(&readme, &table).unwrap() == readme, "run cargo xtask report --table");
         let tables = std::fs::read_to_string(root().join("docs/tradeoff/tables.md")).unwrap();
         assert!(all_tables().unwrap() == tables, "run cargo xtask report --table");

@@ -89,7 +89,9 @@ pub(super) fn attribute(
                     errors.map(|e| row(&technique, (way.1, way.2), String::new(), before, e))
                 }
             };
-            record.scenes[index].attribution.extend(row);
+            let all = &mut record.scenes[index].attribution;
+            all.extend(row);
+            all.sort_by_key(|x| STAGES.iter().position(|s| s.technique == x.technique));
             session.save(record)?;
         }
     }

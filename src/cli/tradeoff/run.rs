@@ -205,12 +205,9 @@ impl Session<'_> {
         }
         let mut queues: Vec<_> = sweeps.iter().map(|x| x.single(size, has).into_iter()).collect();
         let mut single = Vec::new();
-        while !self.a.steps_only {
-            let before = single.len();
+        let longest = queues.iter().map(ExactSizeIterator::len).max().filter(|_| !self.a.steps_only);
+        for _ in 0..longest.unwrap_or(0) {
             single.extend(queues.iter_mut().filter_map(Iterator::next));
-            if single.len() == before {
-                break;
-            }
         }
         (first, single)
     }
