@@ -96,6 +96,25 @@ pub fn main() -> ExitCode {
     ExitCode::from(code)
 }
 
+/// Whether a line of `render` is understood, of a built-in scene in place of its own; no file is read, nothing is rendered.
+///
+/// # Errors
+/// What the command would say, in one line.
+pub fn understands(words: &[String]) -> Result<(), String> {
+    let understood = render::parse_line(words).and_then(|mut a| {
+        a.scene.scene = "cornell-box".into();
+        (a.scene.look.environment, a.scene.look.fit_spheres) = (None, None);
+        let (_, view) = a.scene.open()?;
+        render::request_of(&a, &view)
+    });
+    match understood {
+        Ok(_) => Ok(()),
+        Err(Failure::Request(reason) | Failure::Work(reason)) => {
+            Err(reason.split_whitespace().collect::<Vec<_>>().join(" "))
+        }
+    }
+}
+
 /// Prints to standard output; a reader that went away ends the command quietly, as for other tools.
 pub(crate) fn print_out(text: &str) -> Result<(), Failure> {
     use std::io::Write;

@@ -84,3 +84,12 @@ pub(crate) fn passes_json(timings: &[PassTiming]) -> Value {
         })
         .collect()
 }
+
+/// A field of a table of commas.
+pub(crate) fn csv_field(text: &str) -> String {
+    if text.contains([',', '"', '\n']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}

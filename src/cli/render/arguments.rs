@@ -226,7 +226,8 @@ pub(crate) fn parse_line(words: &[String]) -> Result<RenderArguments, Failure> {
     let line = Line::try_parse_from(words).map_err(|e| {
         let text = e.to_string();
         let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
-        Failure::Request(format!("{}: {first}", words.join(" ")))
+        let short = |text: &str| text.chars().take(200).collect::<String>();
+        Failure::Request(format!("{}: {}", short(&words.join(" ")), short(first)))
     })?;
     Ok(line.arguments)
 }

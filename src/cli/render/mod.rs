@@ -2,6 +2,7 @@
 
 mod arguments;
 mod chosen;
+mod curves;
 mod explained;
 mod frames;
 mod output;

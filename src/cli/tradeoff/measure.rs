@@ -131,9 +131,9 @@ impl Subject {
         place.as_mut().map_or_else(lost, |r| measure(r, request, part, repeats, &self.stop))
     }
 
-    /// Measures one frame, on a GPU after one that warms up.
-    pub(crate) fn measure_briefly(&mut self, request: &Request) -> Result<Measured, Failure> {
-        let repeats = u32::from(self.gpu);
+    /// Measures one frame, or the middle one of three after one that warms up; a GPU's are always warm.
+    pub(crate) fn measure_briefly(&mut self, request: &Request, warm: bool) -> Result<Measured, Failure> {
+        let repeats = if warm { 3 } else { u32::from(self.gpu) };
         self.measure_request(request, None, Parts::Whole, repeats)
     }
 

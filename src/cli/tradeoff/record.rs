@@ -4,6 +4,7 @@
 
 use super::sweep::Trial;
 use crate::cli::Failure;
+use crate::cli::table::csv_field as field;
 use crate::picture::write_whole;
 use crate::report::halves::Errors;
 use crate::report::pareto::pareto_front;
@@ -252,15 +253,6 @@ impl Record {
             }
         }
         text
-    }
-}
-
-/// A field of a table of commas.
-fn field(text: &str) -> String {
-    if text.contains([',', '"', '\n']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::case::Row;
 use crate::cli::Failure;
+use crate::cli::table::csv_field;
 use crate::picture::write_whole;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -133,7 +134,7 @@ pub(super) fn object(machine: &Machine, rows: &[Row]) -> Value {
 fn csv(rows: &[Row]) -> String {
     let quoted = |v: &Value| match v {
         Value::Null => String::new(),
-        Value::String(text) => format!("\"{}\"", text.replace('"', "\"\"")),
+        Value::String(text) => csv_field(text),
         other => other.to_string(),
     };
     let mut text = COLUMNS.map(|c| c.0).join(",") + "\n";
