@@ -1,6 +1,6 @@
 //! Which device runs the passes, and what may be asked of it?
 
-use crate::dispatch::{Arena, Pipeline};
+use crate::dispatch::{ARENA_BYTES, Arena, Pipeline};
 use crate::timing::Timestamps;
 use crate::{Arithmetic, GpuError, Probe, Variant};
 use std::collections::HashMap;
@@ -128,6 +128,13 @@ impl Gpu {
                 allowed: u64::from(limits.max_storage_buffers_per_shader_stage),
             });
         }
+        if limits.max_buffer_size < ARENA_BYTES {
+            return Err(GpuError::LimitTooSmall {
+                what: "the passes' parameters (bytes)".into(),
+                needed: ARENA_BYTES,
+                allowed: limits.max_buffer_size,
+            });
+        }
         let arena = Arena::new(&device);
         let timestamps = Timestamps::new(&device, &queue);
         let adapter = device.adapter_info();
@@ -251,6 +258,8 @@ impl Gpu {
     }
 
     fn lost_or(&self, what: &str, reason: String) -> GpuError {
+        // The callback may still have to run: the loss is the reason of all faults that follow it.
+        let _ = self.device.poll(wgpu::PollType::Poll);
         let lost = self.lost.lock().unwrap_or_else(|e| e.into_inner()).clone();
         match lost {
             Some(why) => GpuError::DeviceLost { what: what.to_owned(), reason: why },

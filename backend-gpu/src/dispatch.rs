@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use twinlight_kernels::passes::PassInfo;
 
 /// Bytes of parameters that one submission can hold.
-const ARENA_BYTES: u64 = 256 * 1024;
+pub(crate) const ARENA_BYTES: u64 = 256 * 1024;
 /// Invocations in a workgroup; the entry points say the same.
 const WORKGROUP: u32 = 64;
 /// Bytes of the launch header before the parameters.

@@ -25,7 +25,7 @@ pub const MAX_TRIANGLES: usize = 1 << 27;
 /// The largest depth that the traversal stack allows.
 pub const MAX_DEPTH: u32 = (STACK_SIZE - 1) / 3;
 /// The largest magnitude of a coordinate, metres.
-pub const MAX_COORDINATE: f32 = 1.0e18;
+pub const MAX_COORDINATE: f32 = super::MAX_VALUE;
 
 /// Bounds of a lane without a child: no ray meets them.
 const EMPTY_MIN: f32 = 3.0e38;

@@ -1,6 +1,6 @@
 //! Where does the picture look from, and which ray belongs to a pixel?
 
-use super::Bounds;
+use super::{Bounds, MAX_VALUE};
 use crate::error::SceneError;
 use glam::{DVec3, Vec3};
 
@@ -62,8 +62,11 @@ impl Camera {
     /// an angle of view outside (0, 180).
     pub fn frame(&self) -> Result<CameraFrame, SceneError> {
         let error = |reason: &str| Err(SceneError::Camera { reason: reason.into() });
-        if !(self.eye.is_finite() && self.target.is_finite() && self.up.is_finite()) {
-            return error("a coordinate of eye, target or up is not finite; give three finite numbers each");
+        let in_range = |v: Vec3| v.is_finite() && v.abs().max_element() <= MAX_VALUE;
+        if !(in_range(self.eye) && in_range(self.target) && in_range(self.up)) {
+            return error(
+                "a coordinate of eye, target or up is not finite or beyond 1e18; give three numbers each",
+            );
         }
         if !(self.fov > 0.0 && self.fov < 180.0) {
             return error("the angle of view is not between 0 and 180 degrees; 40 to 60 is usual");

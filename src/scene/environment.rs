@@ -1,5 +1,7 @@
 //! How much light comes from beyond the scene, by direction?
 
+use super::MAX_VALUE;
+use super::gltf_accessor::read_file;
 use crate::error::{SceneError, one_line};
 use glam::{Vec3, Vec4};
 use std::path::Path;
@@ -47,19 +49,9 @@ impl Environment {
             "exr" => image::ImageFormat::OpenExr,
             _ => return Err(error("its name ends neither in .hdr nor in .exr".into())),
         };
-        let bytes = std::fs::read(path)
-            .map_err(|e| SceneError::Read { path: one_line(path.display()), reason: one_line(e) })?;
-        let mut reader = image::ImageReader::with_format(std::io::Cursor::new(bytes), format);
-        let mut limits = image::Limits::default();
-        limits.max_image_width = Some(MAX_SIDE);
-        limits.max_image_height = Some(MAX_SIDE);
-        // 16384 × 8192 pixels of 16 bytes, and as much again to work in.
-        limits.max_alloc = Some(4 << 30);
-        reader.limits(limits);
-        let picture = reader.decode().map_err(|e| error(one_line(e)))?.into_rgb32f();
-        let (width, height) = picture.dimensions();
-        let data: Vec<Vec4> = picture.pixels().map(|p| Vec4::new(p[0], p[1], p[2], 0.0)).collect();
-        EnvironmentMap::new(width, height, data).map(Self::Map).map_err(error)
+        let bytes =
+            read_file(path).map_err(|reason| SceneError::Read { path: one_line(path.display()), reason })?;
+        EnvironmentMap::decode(&bytes, format).map(Self::Map).map_err(error)
     }
 
     /// Returns the radiance that arrives along the reversed `direction` (that is, seen looking along it).
@@ -93,14 +85,33 @@ impl EnvironmentMap {
         if data.len() as u64 != u64::from(width) * u64::from(height) {
             return Err(format!("{} values are not {width}x{height}", data.len()));
         }
-        let bad = data.iter().filter(|texel| !texel.truncate().is_finite()).count();
+        let in_range = |texel: &&Vec4| texel.truncate().abs().to_array().iter().all(|&x| x <= MAX_VALUE);
+        let bad = data.len() - data.iter().filter(in_range).count();
         if bad > 0 {
-            return Err(format!("{bad} pixels are not finite"));
+            return Err(format!("{bad} pixels are not finite or beyond {MAX_VALUE:e}"));
         }
         for texel in &mut data {
             *texel = texel.truncate().max(Vec3::ZERO).extend(0.0);
         }
         Ok(Self { width, height, data })
+    }
+
+    /// Decodes an equirectangular picture; negative radiances become 0.
+    ///
+    /// # Errors
+    /// The reason, when it can't be decoded, a side is beyond [`MAX_SIDE`], or a value is not finite.
+    pub fn decode(bytes: &[u8], format: image::ImageFormat) -> Result<Self, String> {
+        let mut reader = image::ImageReader::with_format(std::io::Cursor::new(bytes), format);
+        let mut limits = image::Limits::default();
+        limits.max_image_width = Some(MAX_SIDE);
+        limits.max_image_height = Some(MAX_SIDE);
+        // 16384 × 8192 pixels of 16 bytes, and as much again to work in.
+        limits.max_alloc = Some(4 << 30);
+        reader.limits(limits);
+        let picture = reader.decode().map_err(one_line)?.into_rgb32f();
+        let (width, height) = picture.dimensions();
+        let data = picture.pixels().map(|p| Vec4::new(p[0], p[1], p[2], 0.0)).collect();
+        Self::new(width, height, data)
     }
 
     /// Makes a map from a function of the unit direction of each texel's centre.

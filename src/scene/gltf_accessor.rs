@@ -11,6 +11,9 @@ use std::path::Path;
 /// Elements of an accessor without bytes of its own (all zero but for sparse ones).
 const MAX_WITHOUT_BYTES: usize = 1 << 24;
 
+/// Bytes of a file; a glTF binary's length has 32 bits.
+const MAX_FILE: u64 = u32::MAX as u64;
+
 /// The bytes of all buffers of a document.
 pub struct Buffers {
     data: Vec<Vec<u8>>,
@@ -32,8 +35,23 @@ pub fn read_uri(folder: &Path, uri: &str) -> Result<Vec<u8>, String> {
     let name = percent_encoding::percent_decode_str(uri)
         .decode_utf8()
         .map_err(|_| format!("{:?} is not UTF-8", shortened(uri)))?;
-    std::fs::read(folder.join(&*name))
-        .map_err(|e| format!("its file {:?} cannot be read ({})", shortened(&name), one_line(e)))
+    read_file(&folder.join(&*name))
+        .map_err(|reason| format!("its file {:?} cannot be read ({reason})", shortened(&name)))
+}
+
+/// Reads a file that is one: devices and pipes may have no end.
+pub fn read_file(path: &Path) -> Result<Vec<u8>, String> {
+    let about = std::fs::metadata(path).map_err(one_line)?;
+    if about.is_dir() {
+        return Err("it is a folder".into());
+    }
+    if !about.is_file() {
+        return Err("it is a device or a pipe".into());
+    }
+    if about.len() > MAX_FILE {
+        return Err(format!("its {} bytes are more than {MAX_FILE}", about.len()));
+    }
+    std::fs::read(path).map_err(one_line)
 }
 
 fn shortened(text: &str) -> String {

@@ -1,7 +1,7 @@
 //! Which triangles does a glTF file hold, in world space?
 
 use super::bvh::{MAX_COORDINATE, MAX_TRIANGLES};
-use super::gltf_accessor::Buffers;
+use super::gltf_accessor::{Buffers, read_file};
 use super::gltf_material::{self, Coordinates, Loaded};
 use super::gltf_node::{self, Placed};
 use super::gltf_pose::{Placement, Pose};
@@ -18,8 +18,13 @@ use twinlight_kernels::passes::scene::Triangle;
 
 /// Opens a `.glb` or `.gltf` file at a moment: its default scene, or the first where none is named.
 pub fn open(path: &Path, seconds: f64) -> Result<Scene, SceneError> {
-    let bytes = std::fs::read(path)
-        .map_err(|e| SceneError::Read { path: one_line(path.display()), reason: one_line(e) })?;
+    let bytes =
+        read_file(path).map_err(|reason| SceneError::Read { path: one_line(path.display()), reason })?;
+    read(bytes, path, seconds)
+}
+
+/// Reads a file's bytes; `path` names it, and other files are looked for beside it.
+pub fn read(bytes: Vec<u8>, path: &Path, seconds: f64) -> Result<Scene, SceneError> {
     let format = |reason: String| SceneError::Format { path: one_line(path.display()), reason };
     let gltf::Gltf { document, blob } = parse(&bytes).map_err(format)?;
     drop(bytes);

@@ -1,5 +1,6 @@
 //! What do a glTF material's values become in the buffers?
 
+use super::MAX_VALUE;
 use super::gltf_texture::{Placed, Space, Textures, numbered};
 use crate::error::SceneError;
 use glam::Vec4;
@@ -48,8 +49,13 @@ pub fn convert(
     let [er, eg, eb] = source.emissive_factor().map(|c| c * strength);
     let base = Vec4::from(pbr.base_color_factor());
     let (metallic, roughness) = (pbr.metallic_factor(), pbr.roughness_factor());
-    if !(base.is_finite() && [er, eg, eb, metallic, roughness, cutoff].iter().all(|f| f.is_finite())) {
-        return Err(SceneError::Value { what, reason: "a factor is not finite".into() });
+    let in_range = |f: &f32| f.abs() <= MAX_VALUE;
+    let factors = [er, eg, eb, metallic, roughness, cutoff];
+    if !(base.to_array().iter().all(in_range) && factors.iter().all(in_range)) {
+        return Err(SceneError::Value {
+            what,
+            reason: format!("a factor is not finite or beyond {MAX_VALUE:e}"),
+        });
     }
     let place = |info: Option<Info>, space: Space| {
         info.and_then(|info| textures_read.place(image(&info), space)).unwrap_or_default()

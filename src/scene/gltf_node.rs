@@ -2,7 +2,7 @@
 
 use super::gltf_pose::Pose;
 use super::gltf_texture::numbered;
-use super::{Camera, light};
+use super::{Camera, MAX_VALUE, light};
 use crate::error::SceneError;
 use glam::{DMat4, DVec3, Vec3};
 use gltf::khr_lights_punctual::Kind;
@@ -71,12 +71,12 @@ impl Placed<'_> {
     pub fn light(&self) -> Result<Option<Light>, SceneError> {
         let Some(source) = self.node.light() else { return Ok(None) };
         let intensity = Vec3::from(source.color()) * source.intensity();
-        if !(intensity.is_finite() && intensity.min_element() >= 0.0) {
-            return Err(self.error("its light's intensity is negative or not finite"));
+        if !(intensity.max_element() <= MAX_VALUE && intensity.min_element() >= 0.0) {
+            return Err(self.error("its light's intensity is negative, not finite or beyond 1e18"));
         }
         let position = self.origin();
-        if !position.is_finite() {
-            return Err(self.error("its light's position is not finite"));
+        if !(position.abs().max_element() <= MAX_VALUE) {
+            return Err(self.error("its light's position is not finite or beyond 1e18 m"));
         }
         let forward = || self.direction(DVec3::NEG_Z).map(|d| d.as_vec3());
         Ok(Some(match source.kind() {

@@ -1,6 +1,6 @@
 //! Which lights are there when an option, or nobody, names them?
 
-use super::{Bounds, Environment};
+use super::{Bounds, Environment, MAX_VALUE};
 use crate::error::SceneError;
 use glam::{DVec3, Vec3};
 use twinlight_kernels::passes::scene::{LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, Light};
@@ -142,6 +142,11 @@ pub fn parse_vector(option: &'static str, text: &str) -> Result<Vec3, SceneError
     Reader { option, text, expected: "x,y,z" }.vector(text)
 }
 
+/// The beginning: long text would hide the message.
+fn shortened(text: &str) -> String {
+    text.chars().take(50).collect()
+}
+
 /// An option's text, for messages.
 #[derive(Clone, Copy)]
 struct Reader<'a> {
@@ -152,8 +157,7 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn fail<T>(&self, reason: String) -> Result<T, SceneError> {
-        // Long or multi-line text would hide the message.
-        let text = self.text.chars().take(100).collect();
+        let text = shortened(self.text);
         Err(SceneError::Text { option: self.option, text, reason, expected: self.expected })
     }
 
@@ -169,9 +173,10 @@ impl<'a> Reader<'a> {
         group
             .split(',')
             .map(|word| match word.trim().parse::<f32>() {
-                Ok(number) if number.is_finite() => Ok(number),
-                Ok(_) => self.fail(format!("{:?} is not a finite number", word.trim())),
-                Err(_) => self.fail(format!("{:?} is not a number", word.trim())),
+                Ok(number) if number.abs() <= MAX_VALUE => Ok(number),
+                Ok(number) if number.is_finite() => self.fail(format!("{number:e} is beyond {MAX_VALUE:e}")),
+                Ok(_) => self.fail(format!("{:?} is not a finite number", shortened(word.trim()))),
+                Err(_) => self.fail(format!("{:?} is not a number", shortened(word.trim()))),
             })
             .collect()
     }
@@ -179,14 +184,14 @@ impl<'a> Reader<'a> {
     fn vector(&self, group: &str) -> Result<Vec3, SceneError> {
         match self.numbers(group)?.as_slice() {
             &[x, y, z] => Ok(Vec3::new(x, y, z)),
-            other => self.fail(format!("{} numbers in {group:?} where 3 belong", other.len())),
+            other => self.fail(format!("{} numbers in {:?} where 3 belong", other.len(), shortened(group))),
         }
     }
 
     fn colour(&self, group: &str) -> Result<Vec3, SceneError> {
         let colour = self.vector(group)?;
         if colour.min_element() < 0.0 {
-            return self.fail(format!("{group:?} is negative"));
+            return self.fail(format!("{:?} is negative", shortened(group)));
         }
         Ok(colour)
     }
@@ -195,7 +200,7 @@ impl<'a> Reader<'a> {
         let vector: DVec3 = self.vector(group)?.as_dvec3();
         match vector.try_normalize() {
             Some(unit) => Ok(unit.as_vec3()),
-            None => self.fail(format!("the direction {group:?} has length 0")),
+            None => self.fail(format!("the direction {:?} has length 0", shortened(group))),
         }
     }
 }

@@ -30,6 +30,9 @@ use twinlight_kernels::passes::scene::{
     LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, Light, MATERIAL_MASKED, Material, NO_TEXTURE, Triangle,
 };
 
+/// The largest magnitude of a coordinate (metres), an intensity or a radiance: products of two stay far within f32.
+pub const MAX_VALUE: f32 = 1.0e18;
+
 /// The names that [`Scene::open`] takes besides files.
 pub const BUILT_IN: [&str; 3] = ["cornell-box", "cornell-glossy", "spheres"];
 
@@ -175,6 +178,15 @@ impl Scene {
                 }
             }
         }
+    }
+
+    /// Reads the bytes of a `.glb` or `.gltf` file at a moment; `path` is its name in messages and the place where the files that it names are looked
+    /// for.
+    ///
+    /// # Errors
+    /// As [`Scene::open_at`].
+    pub fn from_gltf(bytes: Vec<u8>, path: &Path, seconds: f64) -> Result<Self, SceneError> {
+        gltf_file::read(bytes, path, if seconds.is_finite() { seconds } else { 0.0 })
     }
 
     /// Returns the box around all triangles, metres.

@@ -7,6 +7,7 @@ mod file;
 mod support;
 
 mod devices;
+mod faults;
 mod pictures;
 mod plans;
 mod refusals;

@@ -2,6 +2,7 @@
 
 use crate::common::draw::Draw;
 use crate::common::gpu::{announce, shared};
+use crate::totality::Floats;
 use bytemuck::Zeroable;
 use twinlight::backend::{Backend, BackendError, BufferElement, Cpu};
 use twinlight::report::agreement::{Agreement, compare_elements, ulp_distance};
@@ -40,6 +41,8 @@ pub trait Case {
     type Output: BufferElement;
 
     fn launch(&self) -> &Launch;
+    /// Puts any floats into the inputs; returns how many.
+    fn spoil(&mut self, floats: Floats, draw: &mut Draw) -> usize;
     fn run<B: Backend>(
         &self,
         backend: &mut B,
@@ -164,7 +167,7 @@ fn poisoned<T: BufferElement>(values: &[T]) -> usize {
 }
 
 /// Runs a case over poison; checks what was written and what was not.
-fn outputs<C: Case, B: Backend>(pass: &PassInfo, case: &C, backend: &mut B) -> Vec<C::Output> {
+pub fn outputs<C: Case, B: Backend>(pass: &PassInfo, case: &C, backend: &mut B) -> Vec<C::Output> {
     let mut start = vec![poison::<C::Output>(); case.launch().length + GUARD];
     let written = match pass.shape {
         Shape::Map => case.launch().items as usize,

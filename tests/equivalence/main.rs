@@ -10,9 +10,11 @@ mod common;
 
 mod body;
 mod cases;
+mod totality;
 
 use body::{Case, Launch, check};
 use common::draw::Draw;
+use totality::{Floats, spoil};
 use twinlight::backend::{Backend, BackendError};
 use twinlight_kernels::passes::elements::*;
 use twinlight_kernels::passes::info;
@@ -37,6 +39,11 @@ macro_rules! equivalence {
 
                     fn launch(&self) -> &Launch { &self.launch }
 
+                    fn spoil(&mut self, floats: Floats, draw: &mut Draw) -> usize {
+                        let _ = (floats, &draw);
+                        0 $(+ spoil(&mut self.$input, floats, draw))*
+                    }
+
                     fn run<B: Backend>(&self, backend: &mut B, start: &[$out]) -> Result<Vec<$out>, BackendError> {
                         $(let $input = backend.upload(stringify!($input), &self.$input)?;)*
                         let mut output = backend.upload("output", start)?;
@@ -55,6 +62,18 @@ macro_rules! equivalence {
                 check(&info::$name, &inputs, &mut draw);
             }
         )*
+
+        /// Any floats: nothing breaks, nothing is endless, nothing that is not finite comes out.
+        mod any_floats {
+            use super::*;
+            $(
+                #[test]
+                fn $name() {
+                    let mut draw = Draw::new(concat!(stringify!($name), " of any floats"));
+                    totality::check(&info::$name, cases::$name, &mut draw);
+                }
+            )*
+        }
     };
 }
 

@@ -45,29 +45,12 @@ fn little_leaks_through_a_thin_wall() {
     assert!(mean > 2.0 * covered, "negative control: means leak, {mean}");
 }
 
-/// The Cornell box with all of it turned, scaled and moved.
-fn mapped(turn: Mat3, scale: f32, shift: Vec3) -> (Scene, Camera) {
-    let mut s = Scene::open("cornell-box").unwrap();
-    let point = |p: Vec3| turn * p * scale + shift;
-    for t in &mut s.triangles {
-        for p in [&mut t.p0, &mut t.p1, &mut t.p2] {
-            *p = point(p.truncate()).extend(p.w);
-        }
-        for n in [&mut t.n0, &mut t.n1, &mut t.n2] {
-            *n = (turn * n.truncate()).extend(n.w);
-        }
-    }
-    for l in &mut s.lights {
-        l.position = point(l.position.truncate()).extend(0.0);
-        l.intensity *= scale * scale;
-    }
-    let c = s.view();
-    let camera = Camera { eye: point(c.eye), target: point(c.target), up: turn * c.up, fov: c.fov };
-    (s, camera)
+fn cornell_box() -> Scene {
+    Scene::open("cornell-box").unwrap()
 }
 
 fn seen(turn: Mat3, scale: f32, shift: Vec3, settings: &LayeredRsm) -> Picture {
-    let (s, camera) = mapped(turn, scale, shift);
+    let (s, camera) = mapped(&cornell_box(), turn, scale, shift);
     indirect(&s, &view(&camera, 32, 32), settings)
 }
 
@@ -102,7 +85,7 @@ fn places_axes_and_units_do_not_matter() {
 #[test]
 fn where_the_voxels_lie_does_not_matter() {
     let settings = base_settings();
-    let (s, camera) = mapped(Mat3::IDENTITY, 1.0, Vec3::ZERO);
+    let (s, camera) = mapped(&cornell_box(), Mat3::IDENTITY, 1.0, Vec3::ZERO);
     let camera = view(&camera, 32, 32);
     let base = indirect(&s, &camera, &settings);
     // A speck far below moves and widens the lattice under the box, and nothing else.

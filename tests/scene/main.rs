@@ -1,6 +1,7 @@
 //! Are scenes read as their files say, and bad ones refused with one clear line?
 
 mod file;
+mod malformed;
 mod motion;
 
 use file::{File, binary, open_bytes};

@@ -87,6 +87,31 @@ pub fn room(scene: &mut Scene, half: Vec3, turn: f32, material: Material) {
     }
 }
 
+/// A scene turned, then made `scale` times as large, then moved, lit so that it looks the same, and its mapped camera.
+pub fn mapped(scene: &Scene, turn: glam::Mat3, scale: f32, shift: Vec3) -> (Scene, Camera) {
+    let mut s = scene.clone();
+    let point = |p: Vec3| turn * p * scale + shift;
+    for t in &mut s.triangles {
+        for p in [&mut t.p0, &mut t.p1, &mut t.p2] {
+            *p = point(p.truncate()).extend(p.w);
+        }
+        for n in [&mut t.n0, &mut t.n1, &mut t.n2] {
+            *n = (turn * n.truncate()).extend(n.w);
+        }
+    }
+    for l in &mut s.lights {
+        l.position = point(l.position.truncate()).extend(0.0);
+        l.direction = (turn * l.direction.truncate()).extend(0.0);
+        l.intensity *= scale * scale;
+    }
+    for p in &mut s.proxies {
+        (p.centre, p.radius) = (point(p.centre), p.radius * scale);
+    }
+    let c = scene.view();
+    let camera = Camera { eye: point(c.eye), target: point(c.target), up: turn * c.up, fov: c.fov };
+    (s, camera)
+}
+
 /// A camera at `eye` that looks at `target`; up is +y unless that is where it looks.
 pub fn camera(eye: Vec3, target: Vec3, fov: f32) -> Camera {
     let along = (target - eye).normalize();

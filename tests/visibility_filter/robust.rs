@@ -72,53 +72,6 @@ fn odd_scenes() {
     assert!((mean.y / near.y - 1.0).abs() < 0.1, "{mean} far from the origin, {near} near it");
 }
 
-/// The box, s times as large, lit so that it looks the same.
-fn scaled(s: f32) -> (Scene, View) {
-    let mut scene = Scene::open("cornell-box").unwrap();
-    for t in &mut scene.triangles {
-        for p in [&mut t.p0, &mut t.p1, &mut t.p2] {
-            *p = (p.truncate() * s).extend(p.w);
-        }
-    }
-    for l in &mut scene.lights {
-        l.position *= s;
-        l.intensity *= s * s;
-    }
-    let mut camera = scene.view();
-    (camera.eye, camera.target) = (camera.eye * s, camera.target * s);
-    let view = view(&camera, 32, 32);
-    (scene, view)
-}
-
-#[test]
-fn a_scene_of_any_size_looks_the_same() {
-    let settings = VisibilityFilter { proxies: 20_000, rays: 64, ..small() };
-    let (s, view) = scaled(1.0);
-    let right = indirect(&s, &view, &settings).mean();
-    for size in [1e-3, 0.1, 30.0, 1e3] {
-        let (s, view) = scaled(size);
-        let mean = indirect(&s, &view, &settings).mean();
-        println!("scale {size}: {:.4} of the mean", mean.y / right.y);
-        assert!((mean.y / right.y - 1.0).abs() < 0.02, "scale {size}: {mean} for {right}");
-    }
-}
-
-#[test]
-fn a_million_times_the_light_is_a_million_times_the_picture() {
-    let s = Scene::open("cornell-glossy").unwrap();
-    let view = view(&s.view(), 32, 32);
-    let right = render_on(&mut cpu(), &s, &view, &indirect_job(), &small()).0.picture;
-    for factor in [2f32.powi(20), 2f32.powi(-20)] {
-        let mut other = s.clone();
-        other.lights[0].intensity *= factor;
-        let got = render_on(&mut cpu(), &other, &view, &indirect_job(), &small()).0.picture;
-        let mut expected = right.clone();
-        expected.pixels.iter_mut().for_each(|p| *p *= factor);
-        let (worst, at) = difference(&got, &expected);
-        assert!(worst < 1e-5, "factor {factor}: off by {worst:e} at pixel {at}");
-    }
-}
-
 /// How much light reaches the inside of a sealed room of sheets from a lamp outside, over what does without the room.
 #[test]
 fn a_sealed_room_is_dark() {

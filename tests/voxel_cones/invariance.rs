@@ -5,33 +5,12 @@ use crate::support::*;
 use glam::{Mat3, Vec3};
 use twinlight::picture::Picture;
 use twinlight::report::error::picture_error;
-use twinlight::scene::{Camera, Scene};
+use twinlight::scene::Scene;
 use twinlight::technique::Cones;
 use twinlight::technique::voxel_cones::VoxelCones;
 
-/// The Cornell box after a map of space, seen by the mapped camera.
-fn mapped(turn: Mat3, shift: Vec3) -> (Scene, Camera) {
-    let mut s = Scene::open("cornell-box").unwrap();
-    let point = |p: Vec3| turn * p + shift;
-    for t in &mut s.triangles {
-        for p in [&mut t.p0, &mut t.p1, &mut t.p2] {
-            *p = point(p.truncate()).extend(p.w);
-        }
-        for n in [&mut t.n0, &mut t.n1, &mut t.n2] {
-            *n = (turn * n.truncate()).extend(n.w);
-        }
-    }
-    for l in &mut s.lights {
-        l.position = point(l.position.truncate()).extend(0.0);
-        l.direction = (turn * l.direction.truncate()).extend(0.0);
-    }
-    let c = s.view();
-    let camera = Camera { eye: point(c.eye), target: point(c.target), up: turn * c.up, fov: c.fov };
-    (s, camera)
-}
-
 fn seen(turn: Mat3, shift: Vec3, settings: &VoxelCones) -> Picture {
-    let (s, camera) = mapped(turn, shift);
+    let (s, camera) = mapped(&Scene::open("cornell-box").unwrap(), turn, 1.0, shift);
     indirect(&s, &view(&camera, 32, 32), settings, false)
 }
 

@@ -57,7 +57,16 @@ enum Command {
     },
     /// Choose settings by time and by error from cameras that no curve was measured from, and write what came of it
     Choices,
-    /// Everything that CI runs: test, shaders check, fmt, clippy, doc
+    /// Run the fuzz targets from their corpora; needs a nightly toolchain and cargo-fuzz
+    Fuzz {
+        /// Compile them only, with any toolchain
+        #[arg(long)]
+        check: bool,
+        /// Seconds of each target
+        #[arg(long, default_value_t = 60)]
+        seconds: u32,
+    },
+    /// Everything that CI runs: test, shaders check, fmt, clippy, fuzz targets, doc
     Ci,
 }
 
@@ -73,6 +82,8 @@ fn main() -> ExitCode {
             report::report(gpu, !no_kernels, resume, limit.as_deref())
         }
         Command::Choices => choices::run(),
+        Command::Fuzz { check: true, .. } => steps::check_fuzz_targets(),
+        Command::Fuzz { seconds, .. } => steps::fuzz(seconds),
         Command::Ci => steps::ci(),
     };
     match result {

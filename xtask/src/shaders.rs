@@ -60,7 +60,7 @@ fn fresh() -> Result<(), String> {
 pub fn read_manifest(folder: &Path) -> Result<Manifest, String> {
     let path = folder.join("manifest.json");
     let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-    serde_json::from_str(&text).map_err(|e| format!("{}: {e}", path.display()))
+    Manifest::parse(&text).map_err(|e| format!("{}: {e}", path.display()))
 }
 
 /// Runs this command again, built with what compiles shaders.

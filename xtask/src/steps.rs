@@ -74,7 +74,16 @@ pub fn fmt() -> Result<(), String> {
     check(
         cargo(&["fmt", "--manifest-path", "backend-gpu/shaders/Cargo.toml", "--check"]),
         "formatting of the shaders",
-    )
+    )?;
+    check(cargo(&["fmt", "--manifest-path", "fuzz/Cargo.toml", "--check"]), "formatting of the fuzz targets")
+}
+
+/// Compiles the fuzz targets, as a crate that depends on this one and resolves its dependencies itself.
+pub fn check_fuzz_targets() -> Result<(), String> {
+    let mut command =
+        cargo(&["check", "--manifest-path", "fuzz/Cargo.toml", "--target-dir", "target/fuzz", "--locked"]);
+    command.env("RUSTFLAGS", "--cfg fuzzing");
+    check(command, "fuzz targets")
 }
 
 /// Runs clippy over everything.
@@ -89,11 +98,31 @@ pub fn doc() -> Result<(), String> {
     check(command, "documentation")
 }
 
+/// Runs each fuzz target for a while; what it finds of interest stays in `target/fuzz-corpus`, what breaks it in `fuzz/artifacts`.
+pub fn fuzz(seconds: u32) -> Result<(), String> {
+    let have = cargo(&["+nightly", "fuzz", "--version"]).output().is_ok_and(|o| o.status.success());
+    if !have {
+        return Err("fuzzing needs `rustup toolchain install nightly` and `cargo install cargo-fuzz`".into());
+    }
+    for target in ["gltf", "environment", "options", "manifest"] {
+        let found = format!("target/fuzz-corpus/{target}");
+        std::fs::create_dir_all(root().join(&found)).map_err(|e| format!("{found}: {e}"))?;
+        let seeds = format!("fuzz/corpus/{target}");
+        let limit = format!("-max_total_time={seconds}");
+        let memory = ["-rss_limit_mb=6144", "-malloc_limit_mb=6144", "-timeout=25"];
+        let mut command = cargo(&["+nightly", "fuzz", "run", "-O", target, &found, &seeds, "--", &limit]);
+        command.args(memory);
+        check(command, &format!("fuzzing {target}"))?;
+    }
+    Ok(())
+}
+
 /// Runs every step.
 pub fn ci() -> Result<(), String> {
     test(&[])?;
     shaders::run(shaders::Action::Check)?;
     fmt()?;
     clippy()?;
+    check_fuzz_targets()?;
     doc()
 }

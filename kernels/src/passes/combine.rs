@@ -39,6 +39,9 @@ pub fn add_diffuse_reflection(
     previous[index as usize] + reflected.extend(0.0)
 }
 
+/// Less than this share of the light is none: its reciprocal would not be finite.
+const LEAST_KNOWN: f32 = 1.0e-18;
+
 /// Returns `previous` plus `light` times the specular colour of pixel `index`.
 ///
 /// The light's w is how much of it is known: upsampled over the border of a surface without gloss, less than 1.
@@ -52,7 +55,7 @@ pub fn add_specular_reflection(
 ) -> Vec4 {
     let _ = params;
     let known = light[index as usize];
-    let whole = if known.w > 0.0 { known.truncate() * recip(known.w) } else { Vec3::ZERO };
+    let whole = if known.w > LEAST_KNOWN { known.truncate() * recip(known.w) } else { Vec3::ZERO };
     let reflected = gloss[index as usize].truncate() * whole;
     previous[index as usize] + reflected.extend(0.0)
 }

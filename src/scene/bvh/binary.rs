@@ -279,13 +279,14 @@ fn cluster(bounds: &[Bounds]) -> Bvh2 {
 
 /// Runs the library's clustering alone.
 fn clustered(bounds: &[Bounds]) -> Bvh2 {
-    // A power of two brings the largest coordinate to about 1, so that no area over- or underflows.
+    // A power of two brings the largest coordinate to about 1, so that no area over- or underflows; a subnormal one as far as one can.
     let largest = bounds.iter().fold(0.0f32, |m, b| m.max(b.min.abs().max(b.max.abs()).max_element()));
-    let scale = if largest > 0.0 { f64::from(largest).log2().floor().exp2().recip() as f32 } else { 1.0 };
-    let boxes: Vec<obvhs::aabb::Aabb> = bounds
-        .iter()
-        .map(|b| obvhs::aabb::Aabb::new((b.min * scale).into(), (b.max * scale).into()))
-        .collect();
+    let scale =
+        if largest > 0.0 { f64::from(largest).log2().floor().max(-126.0).exp2().recip() as f32 } else { 1.0 };
+    // Through arrays: the library's vectors may be of another version of glam.
+    let corner = |p: glam::Vec3| (p * scale).to_array().into();
+    let boxes: Vec<obvhs::aabb::Aabb> =
+        bounds.iter().map(|b| obvhs::aabb::Aabb::new(corner(b.min), corner(b.max))).collect();
     let indices = (0..boxes.len() as u32).collect();
     PlocBuilder::with_capacity(boxes.len()).build(
         PlocSearchDistance::High,

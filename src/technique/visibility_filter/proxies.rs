@@ -62,8 +62,8 @@ fn grid(bounds: &crate::scene::Bounds, dims: [u32; 3]) -> GridParams {
 fn cells(bounds: &crate::scene::Bounds, radius: f32) -> GridParams {
     let mut edge = (3.0 * radius).max(1.0e-3 * bounds.size().max_element()).max(1.0e-12);
     loop {
-        let dims = (bounds.size() / edge).ceil().max(Vec3::ONE).as_u64vec3();
-        if dims.element_product() <= MAX_CELLS {
+        let dims = (bounds.size() / edge).ceil().max(Vec3::ONE).as_dvec3();
+        if dims.element_product() <= MAX_CELLS as f64 {
             return grid(bounds, dims.as_uvec3().to_array());
         }
         edge *= 1.25;

@@ -6,7 +6,7 @@
 
 use super::gloss::mirrors;
 use super::proxy::Proxy;
-use crate::math::{abs, div, dot, max, sqrt};
+use crate::math::{MIN_POSITIVE, abs, div, dot, max, sqrt};
 use crate::passes::scan::owner;
 use crate::sampling::voxel_hash::{encode, voxel_of};
 use crate::sh::{CLAMPED_COSINE, rotate_zonal};
@@ -190,7 +190,7 @@ impl Groups {
     #[inline]
     fn mean(&self, group: usize) -> Vec4 {
         let sum = self.light[group];
-        if sum.w > 0.0 { weighted_mean(sum.truncate(), sum.w).extend(0.0) } else { Vec4::ZERO }
+        if sum.w > MIN_POSITIVE { weighted_mean(sum.truncate(), sum.w).extend(0.0) } else { Vec4::ZERO }
     }
 }
 
@@ -253,9 +253,9 @@ pub fn sum_voxels(
             power += own_power;
         }
     }
-    let centroid = if power > 0.0 {
+    let centroid = if power > MIN_POSITIVE {
         weighted_mean(by_power, power)
-    } else if area > 0.0 {
+    } else if area > MIN_POSITIVE {
         weighted_mean(by_area, area)
     } else {
         Vec3::ZERO

@@ -1,0 +1,119 @@
+//! What does a renderer say when its device is lost in the middle of a frame, or allows too little?
+
+#[path = "common/mod.rs"]
+mod common;
+
+use common::gpu::skip;
+use std::time::Duration;
+use twinlight::backend::{Arithmetic, BackendError, Gpu, GpuError};
+use twinlight::plan::{Request, Technique};
+use twinlight::renderer::Renderer;
+use twinlight::scene::Scene;
+use twinlight::technique::layered_rsm::LayeredRsm;
+use twinlight::technique::visibility_filter::VisibilityFilter;
+use twinlight::technique::voxel_cones::VoxelCones;
+use twinlight::technique::{Job, View};
+use twinlight_gpu::{GpuOptions, adapters, wgpu};
+
+fn techniques() -> [Technique; 4] {
+    [
+        Technique::Direct,
+        Technique::VisibilityFilter(VisibilityFilter { proxies: 4000, ..Default::default() }),
+        Technique::VoxelCones(VoxelCones { resolution: 32, ..Default::default() }),
+        Technique::LayeredRsm(LayeredRsm { resolution: 32, map: 64, ..Default::default() }),
+    ]
+}
+
+fn render(gpu: Gpu, technique: &Technique, side: u32) -> Result<(), BackendError> {
+    let scene = Scene::open("cornell-box").expect("built in");
+    let view = View::new(&scene.view(), side, side).expect("a view");
+    let mut renderer = Renderer::new(gpu, scene)?;
+    let plan = renderer.plan(&Request::new(technique.clone(), view, Job::default())).expect("a plan");
+    renderer.render(&plan).map(|_| ())
+}
+
+/// Errors are one line that says what to do.
+fn check(error: &BackendError) {
+    let text = error.to_string();
+    assert!(!text.contains('\n') && text.len() > 20 && text.len() < 500, "{text}");
+    assert!(text.contains("CPU backend"), "{text}");
+}
+
+#[test]
+fn a_device_that_is_lost_in_the_middle_of_a_frame_is_an_error() {
+    let mut lost = 0;
+    for technique in techniques() {
+        // From at once to after most of the passes.
+        for milliseconds in [0, 1, 5, 20, 60, 150] {
+            let gpu = match Gpu::new(&GpuOptions::default()) {
+                Ok(gpu) => gpu,
+                Err(e) => return skip(&e.to_string()),
+            };
+            let device = gpu.device().clone();
+            let end = std::thread::spawn(move || {
+                std::thread::sleep(Duration::from_millis(milliseconds));
+                device.destroy();
+            });
+            match render(gpu, &technique, 128) {
+                // It was quicker.
+                Ok(()) => {}
+                Err(e) => {
+                    assert!(
+                        matches!(e, BackendError::Gpu(GpuError::DeviceLost { .. })),
+                        "{}: {e:?}",
+                        technique.name()
+                    );
+                    check(&e);
+                    lost += 1;
+                }
+            }
+            end.join().expect("the device is destroyed");
+        }
+    }
+    println!("lost in {lost} of 24 frames");
+    assert!(lost >= 8, "{lost}: the frames were over before");
+}
+
+/// A host's device with changed limits.
+fn host(change: impl Fn(&mut wgpu::Limits)) -> Option<Result<Gpu, GpuError>> {
+    let adapter = adapters().into_iter().next().or_else(|| {
+        skip("there is no adapter");
+        None
+    })?;
+    let mut limits = adapter.limits();
+    change(&mut limits);
+    let request = wgpu::DeviceDescriptor { required_limits: limits, ..Default::default() };
+    let (device, queue) = pollster::block_on(adapter.request_device(&request)).expect("a device with less");
+    Some(Gpu::from_device(device, queue, Arithmetic::Fast))
+}
+
+#[test]
+fn a_device_that_allows_too_little_is_an_error() {
+    for technique in techniques() {
+        let Some(gpu) = host(|l| {
+            l.max_storage_buffer_binding_size = 1 << 16;
+        }) else {
+            return;
+        };
+        let error = render(gpu.expect("a device"), &technique, 256).expect_err("64 KiB are too little");
+        assert!(matches!(error, BackendError::Gpu(GpuError::LimitTooSmall { .. })), "{error:?}");
+        check(&error);
+        // Negative control.
+        let gpu = host(|_| ()).expect("an adapter");
+        render(gpu.expect("a device"), &technique, 64).expect("the adapter's own limits are enough");
+    }
+    let Some(gpu) = host(|l| l.max_compute_workgroups_per_dimension = 16) else { return };
+    // 16 × 16 workgroups of 64 items hold 128 × 128 pixels and no more.
+    let error = render(gpu.expect("a device"), &Technique::Direct, 256).expect_err("too few workgroups");
+    assert!(matches!(error, BackendError::Gpu(GpuError::LimitTooSmall { .. })), "{error:?}");
+    check(&error);
+    let Some(gpu) = host(|l| {
+        (l.max_buffer_size, l.max_storage_buffer_binding_size, l.max_uniform_buffer_binding_size) =
+            (4096, 4096, 4096);
+    }) else {
+        return;
+    };
+    let error = BackendError::from(gpu.err().expect("no room for parameters"));
+    assert!(matches!(error, BackendError::Gpu(GpuError::LimitTooSmall { .. })), "{error:?}");
+    check(&error);
+}
