@@ -6,6 +6,7 @@ mod common;
 use common::gpu::skip;
 use std::time::Duration;
 use twinlight::backend::{Arithmetic, BackendError, Gpu, GpuError};
+use twinlight::picture::Picture;
 use twinlight::plan::{Request, Technique};
 use twinlight::renderer::Renderer;
 use twinlight::scene::Scene;
@@ -24,12 +25,12 @@ fn techniques() -> [Technique; 4] {
     ]
 }
 
-fn render(gpu: Gpu, technique: &Technique, side: u32) -> Result<(), BackendError> {
+fn render(gpu: Gpu, technique: &Technique, side: u32) -> Result<Picture, BackendError> {
     let scene = Scene::open("cornell-box").expect("built in");
     let view = View::new(&scene.view(), side, side).expect("a view");
     let mut renderer = Renderer::new(gpu, scene)?;
     let plan = renderer.plan(&Request::new(technique.clone(), view, Job::default())).expect("a plan");
-    renderer.render(&plan).map(|_| ())
+    renderer.render(&plan).map(|frame| frame.rendered.picture)
 }
 
 /// Errors are one line that says what to do.
@@ -56,7 +57,7 @@ fn a_device_that_is_lost_in_the_middle_of_a_frame_is_an_error() {
             });
             match render(gpu, &technique, 128) {
                 // It was quicker.
-                Ok(()) => {}
+                Ok(_) => {}
                 Err(e) => {
                     assert!(
                         matches!(e, BackendError::Gpu(GpuError::DeviceLost { .. })),
@@ -116,4 +117,21 @@ fn a_device_that_allows_too_little_is_an_error() {
     let error = BackendError::from(gpu.err().expect("no room for parameters"));
     assert!(matches!(error, BackendError::Gpu(GpuError::LimitTooSmall { .. })), "{error:?}");
     check(&error);
+}
+
+#[test]
+fn how_workgroups_are_laid_out_does_not_matter() {
+    for technique in techniques() {
+        let with = |most: u32| {
+            let gpu = host(|l| {
+                l.max_compute_workgroups_per_dimension = l.max_compute_workgroups_per_dimension.min(most)
+            })?;
+            Some(render(gpu.expect("a device"), &technique, 96).expect("a picture").pixels)
+        };
+        let Some(usual) = with(u32::MAX) else { return };
+        // Rows of 150 and of 333 workgroups instead of one row.
+        for most in [150, 333] {
+            assert!(with(most).as_ref() == Some(&usual), "{}: rows of {most} workgroups", technique.name());
+        }
+    }
 }

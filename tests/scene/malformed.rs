@@ -102,3 +102,25 @@ fn the_corpora_of_the_fuzzers_are_replayed() {
     replay("environment", 20, bodies::environment);
     replay("options", 20, bodies::options);
 }
+
+#[cfg(unix)]
+#[test]
+fn what_has_no_end_is_not_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |path: &Path, word: &str| {
+        let text = Scene::open(path.to_str().unwrap()).expect_err("refused").to_string();
+        assert!(text.contains(word) && !text.contains('\n'), "{text}");
+    };
+    let link = folder.path().join("zeros.glb");
+    std::os::unix::fs::symlink("/dev/zero", &link).unwrap();
+    refused(&link, "device");
+    let scene = folder.path().join("a.gltf");
+    let text = r#"{"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{}], "buffers": [{"uri": "/dev/zero", "byteLength": 12}]}"#;
+    std::fs::write(&scene, text).unwrap();
+    refused(&scene, "device");
+    // Without a block on the disk.
+    let large = folder.path().join("large.glb");
+    std::fs::File::create(&large).unwrap().set_len(5 << 30).unwrap();
+    refused(&large, "5368709120 bytes are more than");
+    refused(folder.path(), "no scene");
+}
