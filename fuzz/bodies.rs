@@ -4,12 +4,15 @@ use std::path::Path;
 use twinlight::backend::Cpu;
 use twinlight::plan::{Request, Technique};
 use twinlight::renderer::Renderer;
-use twinlight::scene::{EnvironmentMap, Scene, light};
+use twinlight::scene::{EnvironmentMap, MAX_VALUE, Scene, light};
 use twinlight::technique::layered_rsm::LayeredRsm;
+use twinlight::technique::soft_gi::SoftGi;
 use twinlight::technique::visibility_filter::VisibilityFilter;
 use twinlight::technique::voxel_cones::VoxelCones;
 use twinlight::technique::{Job, View};
 
+/// Techniques that render what can be read.
+pub const TECHNIQUES: usize = 6;
 /// The least size of scene that is not rendered.
 const MANY: usize = 300;
 
@@ -27,8 +30,12 @@ pub fn gltf(bytes: &[u8]) {
     };
     check_scene(&scene);
     if scene.triangles.len() < MANY {
-        render(scene, bytes.len());
+        render(scene, technique_of(bytes));
     }
+}
+
+fn in_range(v: glam::Vec3) -> bool {
+    v.to_array().iter().all(|x| x.abs() <= MAX_VALUE)
 }
 
 /// What every scene promises to the kernels.
@@ -37,7 +44,7 @@ pub fn check_scene(scene: &Scene) {
     for t in &scene.triangles {
         assert!((t.material as usize) < scene.materials.len(), "material {}", t.material);
         for p in [t.p0, t.p1, t.p2, t.n0, t.n1, t.n2] {
-            assert!(p.is_finite(), "{t:?}");
+            assert!(p.is_finite() && in_range(p.truncate()), "{t:?}");
         }
     }
     for m in &scene.materials {
@@ -50,19 +57,29 @@ pub fn check_scene(scene: &Scene) {
             let count = u64::from(size & 0xFFFF) * u64::from(size >> 16);
             assert!(count == 0 || u64::from(first) + count <= texels, "{m:?} of {texels} texels");
         }
-        assert!(m.base.is_finite() && m.emission.is_finite() && m.roughness.is_finite(), "{m:?}");
+        assert!(in_range(m.base.truncate()) && in_range(m.emission.truncate()), "{m:?}");
+        assert!(m.base.w.is_finite() && m.roughness.is_finite() && m.metallic.is_finite(), "{m:?}");
     }
     for l in &scene.lights {
-        assert!(l.position.is_finite() && l.intensity.is_finite() && l.direction.is_finite(), "{l:?}");
+        let vectors = [l.position, l.intensity, l.direction].map(|v| v.truncate());
+        assert!(vectors.into_iter().all(in_range) && l.intensity.min_element() >= 0.0, "{l:?}");
+    }
+    for p in &scene.proxies {
+        assert!(in_range(p.centre) && p.radius > 0.0 && p.radius <= MAX_VALUE, "{p:?}");
     }
     for text in &scene.warnings {
         check_message(text);
     }
 }
 
+/// Which technique renders a file: any of them, by its bytes.
+pub fn technique_of(bytes: &[u8]) -> usize {
+    bytes.iter().map(|&b| usize::from(b)).sum::<usize>() % TECHNIQUES
+}
+
 /// Renders a few pixels by one of the techniques: what comes is finite, or an error of one line.
 fn render(scene: Scene, choice: usize) {
-    let technique = match choice % 4 {
+    let technique = match choice {
         0 => Technique::Direct,
         1 => Technique::VisibilityFilter(VisibilityFilter {
             proxies: 200,
@@ -73,6 +90,8 @@ fn render(scene: Scene, choice: usize) {
             ..VisibilityFilter::default()
         }),
         2 => Technique::VoxelCones(VoxelCones { resolution: 16, light_map: 16, ..VoxelCones::default() }),
+        3 => Technique::AmbientOcclusion,
+        4 => Technique::SoftGi(SoftGi::default()),
         _ => Technique::LayeredRsm(LayeredRsm { resolution: 16, map: 16, ..LayeredRsm::default() }),
     };
     let job = Job { rays: 2, check_finite: true, ..Job::default() };

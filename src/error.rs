@@ -120,6 +120,11 @@ pub struct SettingsError {
     pub reason: String,
 }
 
+/// The beginning of a text: all of a long one would hide the message.
+pub(crate) fn shortened(text: &str, most: usize) -> String {
+    text.chars().take(most).collect()
+}
+
 /// Returns the text of `value` on one line.
 pub(crate) fn one_line(value: impl Display) -> String {
     value.to_string().split_whitespace().collect::<Vec<_>>().join(" ")

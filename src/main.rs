@@ -3,12 +3,20 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The system's memory; where there is no more, the command says so and ends with code 1 instead of aborting.
+/// The system's memory; where there is no more, and nobody bears that, the command says so and ends with code 1 instead of aborting.
 struct OrExit;
 
 fn checked(pointer: *mut u8, bytes: usize) -> *mut u8 {
-    if pointer.is_null() {
+    if pointer.is_null() && !twinlight::backend::bears_refusal() {
+        static SAID: AtomicBool = AtomicBool::new(false);
+        if SAID.swap(true, Ordering::Relaxed) {
+            // Another thread ends the command.
+            loop {
+                std::thread::park();
+            }
+        }
         // Without allocating; a closed standard error changes nothing.
         let _ = writeln!(
             std::io::stderr(),

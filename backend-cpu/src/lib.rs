@@ -48,6 +48,15 @@ pub enum CpuError {
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
+std::thread_local! {
+    static RESERVES: std::cell::Cell<bool> = const { std::cell::Cell::new(false) };
+}
+
+/// Whether this thread is asking for a buffer's memory, and bears a refusal: for allocators that end the process otherwise.
+pub fn bears_refusal() -> bool {
+    RESERVES.with(std::cell::Cell::get)
+}
+
 /// Stage, label and bytes of a buffer.
 type Made = (&'static str, String, u64);
 
@@ -130,9 +139,10 @@ impl Cpu {
     fn reserve<T: Zeroable>(&self, label: &str, len: usize) -> Result<Vec<T>, CpuError> {
         let bytes = len as u64 * size_of::<T>() as u64;
         let mut values = Vec::new();
-        values
-            .try_reserve_exact(len)
-            .map_err(|_| CpuError::OutOfMemory { label: label.to_owned(), bytes })?;
+        RESERVES.set(true);
+        let reserved = values.try_reserve_exact(len);
+        RESERVES.set(false);
+        reserved.map_err(|_| CpuError::OutOfMemory { label: label.to_owned(), bytes })?;
         if let Some(list) = self.allocations.lock().unwrap_or_else(PoisonError::into_inner).as_mut() {
             list.push((self.stage, label.to_owned(), bytes));
         }

@@ -66,8 +66,7 @@ fn outcomes<A: Accumulate + 'static>(
             all.push(values);
         }
     });
-    let all = seen.lock().unwrap().clone();
-    all
+    seen.lock().unwrap().clone()
 }
 
 fn digits<A: Accumulate>(index: u32, output: &mut A) {

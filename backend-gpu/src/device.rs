@@ -258,8 +258,8 @@ impl Gpu {
     }
 
     fn lost_or(&self, what: &str, reason: String) -> GpuError {
-        // The callback may still have to run: the loss is the reason of all faults that follow it.
-        let _ = self.device.poll(wgpu::PollType::Poll);
+        // The callback runs when nothing is left in the queue: the loss is the reason of all faults that follow it.
+        let _ = self.device.poll(wgpu::PollType::wait_indefinitely());
         let lost = self.lost.lock().unwrap_or_else(|e| e.into_inner()).clone();
         match lost {
             Some(why) => GpuError::DeviceLost { what: what.to_owned(), reason: why },

@@ -1,9 +1,10 @@
 //! Is every elementary function finite where its true value is, over bit patterns of all classes?
 
 // Oracles may use what kernels may not.
-#![allow(clippy::disallowed_methods)]
+#![allow(clippy::disallowed_methods, clippy::neg_cmp_op_on_partial_ord, clippy::zero_divided_by_zero)]
 
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use twinlight_kernels::math::strict;
 
 /// A function of two numbers, the true value, and what else it promises.
@@ -85,7 +86,7 @@ fn any_float() -> impl Strategy<Value = f32> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 300_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 300_000, failure_persistence: None, rng_seed: RngSeed::Fixed(20_261_126), ..ProptestConfig::default() })]
     #[test]
     fn all_classes_give_finite_or_documented_results(x in any_float(), y in any_float()) {
         for function in &functions() {

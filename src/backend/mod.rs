@@ -9,7 +9,7 @@ mod recorder;
 
 pub use pair::{PairBackend, PairBuffer};
 pub use recorder::{Recorder, RecorderBuffer};
-pub use twinlight_cpu::{Cpu, CpuBuffer, CpuError};
+pub use twinlight_cpu::{Cpu, CpuBuffer, CpuError, bears_refusal};
 pub use twinlight_gpu::{Arithmetic, Gpu, GpuBuffer, GpuError, GpuOptions};
 
 use bytemuck::Pod;

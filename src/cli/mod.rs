@@ -100,6 +100,7 @@ pub fn main() -> ExitCode {
 ///
 /// # Errors
 /// What the command would say, in one line.
+#[doc(hidden)]
 pub fn understands(words: &[String]) -> Result<(), String> {
     let understood = render::parse_line(words).and_then(|mut a| {
         a.scene.scene = "cornell-box".into();

@@ -2,7 +2,7 @@
 //!
 //! Every offset, stride and count is checked against the bytes there are.
 
-use crate::error::{SceneError, one_line};
+use crate::error::{SceneError, one_line, shortened};
 use base64::Engine;
 use gltf::accessor::{DataType, Dimensions};
 use std::borrow::Cow;
@@ -30,13 +30,13 @@ pub fn read_uri(folder: &Path, uri: &str) -> Result<Vec<u8>, String> {
             .map_err(|e| format!("its data: URI is not valid base64 ({e})"));
     }
     if uri.contains("://") {
-        return Err(format!("{:?} is not a file beside the scene", shortened(uri)));
+        return Err(format!("{:?} is not a file beside the scene", shortened(uri, 100)));
     }
     let name = percent_encoding::percent_decode_str(uri)
         .decode_utf8()
-        .map_err(|_| format!("{:?} is not UTF-8", shortened(uri)))?;
+        .map_err(|_| format!("{:?} is not UTF-8", shortened(uri, 100)))?;
     read_file(&folder.join(&*name))
-        .map_err(|reason| format!("its file {:?} cannot be read ({reason})", shortened(&name)))
+        .map_err(|reason| format!("its file {:?} cannot be read ({reason})", shortened(&name, 100)))
 }
 
 /// Reads a file that is one: devices and pipes may have no end.
@@ -52,10 +52,6 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, String> {
         return Err(format!("its {} bytes are more than {MAX_FILE}", about.len()));
     }
     std::fs::read(path).map_err(one_line)
-}
-
-fn shortened(text: &str) -> String {
-    text.chars().take(100).collect()
 }
 
 impl Buffers {

@@ -71,11 +71,11 @@ impl Placed<'_> {
     pub fn light(&self) -> Result<Option<Light>, SceneError> {
         let Some(source) = self.node.light() else { return Ok(None) };
         let intensity = Vec3::from(source.color()) * source.intensity();
-        if !(intensity.max_element() <= MAX_VALUE && intensity.min_element() >= 0.0) {
+        if !intensity.to_array().iter().all(|x| (0.0..=MAX_VALUE).contains(x)) {
             return Err(self.error("its light's intensity is negative, not finite or beyond 1e18"));
         }
         let position = self.origin();
-        if !(position.abs().max_element() <= MAX_VALUE) {
+        if !position.to_array().iter().all(|x| x.abs() <= MAX_VALUE) {
             return Err(self.error("its light's position is not finite or beyond 1e18 m"));
         }
         let forward = || self.direction(DVec3::NEG_Z).map(|d| d.as_vec3());

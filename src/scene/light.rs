@@ -1,7 +1,7 @@
 //! Which lights are there when an option, or nobody, names them?
 
 use super::{Bounds, Environment, MAX_VALUE};
-use crate::error::SceneError;
+use crate::error::{SceneError, shortened};
 use glam::{DVec3, Vec3};
 use twinlight_kernels::passes::scene::{LIGHT_POINT, LIGHT_SPOT, LIGHT_SUN, Light};
 
@@ -38,12 +38,12 @@ pub fn sun(direction: Vec3, irradiance: Vec3) -> Light {
 /// Returns the light for a scene without any: a white point light above the centre of the box.
 ///
 /// It hangs 40 % of the height (in flat scenes a quarter of the width) above the centre, and its intensity of
-/// π·d² W/sr gives a surface at the centre that faces it π W/m²: a white Lambert surface there has radiance 1.
+/// π·d² W/sr (d at most 5e8 m) gives a surface at the centre that faces it π W/m²: a white Lambert surface there has radiance 1.
 pub fn default_light(bounds: &Bounds) -> Light {
     let size = bounds.size();
     let widest = size.x.max(size.z);
     let above = if size.y > 0.05 * widest { 0.4 * size.y } else { 0.25 * widest };
-    let above = above.clamp(1.0e-6, 1.0e18);
+    let above = above.clamp(1.0e-6, 5.0e8);
     let intensity = (std::f64::consts::PI * f64::from(above) * f64::from(above)) as f32;
     point(bounds.centre() + Vec3::Y * above, Vec3::splat(intensity))
 }
@@ -142,11 +142,6 @@ pub fn parse_vector(option: &'static str, text: &str) -> Result<Vec3, SceneError
     Reader { option, text, expected: "x,y,z" }.vector(text)
 }
 
-/// The beginning: long text would hide the message.
-fn shortened(text: &str) -> String {
-    text.chars().take(50).collect()
-}
-
 /// An option's text, for messages.
 #[derive(Clone, Copy)]
 struct Reader<'a> {
@@ -157,7 +152,7 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn fail<T>(&self, reason: String) -> Result<T, SceneError> {
-        let text = shortened(self.text);
+        let text = shortened(self.text, 50);
         Err(SceneError::Text { option: self.option, text, reason, expected: self.expected })
     }
 
@@ -175,8 +170,8 @@ impl<'a> Reader<'a> {
             .map(|word| match word.trim().parse::<f32>() {
                 Ok(number) if number.abs() <= MAX_VALUE => Ok(number),
                 Ok(number) if number.is_finite() => self.fail(format!("{number:e} is beyond {MAX_VALUE:e}")),
-                Ok(_) => self.fail(format!("{:?} is not a finite number", shortened(word.trim()))),
-                Err(_) => self.fail(format!("{:?} is not a number", shortened(word.trim()))),
+                Ok(_) => self.fail(format!("{:?} is not a finite number", shortened(word.trim(), 50))),
+                Err(_) => self.fail(format!("{:?} is not a number", shortened(word.trim(), 50))),
             })
             .collect()
     }
@@ -184,14 +179,16 @@ impl<'a> Reader<'a> {
     fn vector(&self, group: &str) -> Result<Vec3, SceneError> {
         match self.numbers(group)?.as_slice() {
             &[x, y, z] => Ok(Vec3::new(x, y, z)),
-            other => self.fail(format!("{} numbers in {:?} where 3 belong", other.len(), shortened(group))),
+            other => {
+                self.fail(format!("{} numbers in {:?} where 3 belong", other.len(), shortened(group, 50)))
+            }
         }
     }
 
     fn colour(&self, group: &str) -> Result<Vec3, SceneError> {
         let colour = self.vector(group)?;
         if colour.min_element() < 0.0 {
-            return self.fail(format!("{:?} is negative", shortened(group)));
+            return self.fail(format!("{:?} is negative", shortened(group, 50)));
         }
         Ok(colour)
     }
@@ -200,7 +197,7 @@ impl<'a> Reader<'a> {
         let vector: DVec3 = self.vector(group)?.as_dvec3();
         match vector.try_normalize() {
             Some(unit) => Ok(unit.as_vec3()),
-            None => self.fail(format!("the direction {:?} has length 0", shortened(group))),
+            None => self.fail(format!("the direction {:?} has length 0", shortened(group, 50))),
         }
     }
 }

@@ -50,7 +50,8 @@ pub(super) fn from_extras(json: &str, world: &DMat4) -> Result<Vec<(Vec3, f32)>,
         let &[x, y, z, radius] = numbers.ok_or_else(wrong)?.as_slice() else { return Err(wrong()) };
         let centre = world.transform_point3(DVec3::new(x, y, z)).as_vec3();
         let scaled = (radius * scale) as f32;
-        if !(centre.is_finite() && scaled.is_finite() && radius > 0.0) {
+        let in_range = centre.to_array().iter().chain([&scaled]).all(|x| x.abs() <= super::MAX_VALUE);
+        if !(in_range && radius > 0.0) {
             return Err(wrong());
         }
         // A node that is scaled to nothing hides its spheres.

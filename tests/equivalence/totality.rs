@@ -26,8 +26,8 @@ fn domain(pass: &PassInfo) -> Option<f32> {
         "evaluate_elementary" | "evaluate_vector" => None,
         // Sums of voxels belong together: no light without area.
         "gather_diffuse" => None,
-        // Products of five inputs.
-        name if name.starts_with("evaluate_sh") => Some(1e7),
+        // Products of up to seven inputs.
+        name if name.starts_with("evaluate_sh") => Some(1e4),
         // Products of albedo, light and coefficients, of which scenes have one that is large.
         "accumulate_indirect" | "add_specular_reflection" | "shade_soft_specular" => Some(1e9),
         _ => Some(MAX_VALUE),

@@ -22,14 +22,13 @@ fn bouncing() -> [Technique; 3] {
 }
 
 /// Light of a part, over all directions from the middle: six square pictures.
-fn all_around(s: &Scene, mut of: impl FnMut(&Camera) -> Vec3) -> f64 {
-    let _ = s;
+fn all_around(mut of: impl FnMut(&Camera) -> Vec3) -> f64 {
     let axes = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
     axes.iter().map(|&axis| f64::from(of(&camera(Vec3::ZERO, axis, 90.0)).y)).sum::<f64>() / 6.0
 }
 
 fn light_of(s: &Scene, technique: &Technique, part: LightPart) -> f64 {
-    all_around(s, |c| render_on(Cpu::new(Some(2)).unwrap(), s, c, technique, part).mean())
+    all_around(|c| render_on(Cpu::new(Some(2)).unwrap(), s, c, technique, part).mean())
 }
 
 /// A closed room around a lamp.
@@ -46,7 +45,7 @@ fn a_bounce_in_a_closed_room_keeps_what_the_walls_reflect() {
     let s = furnace(albedo);
     let direct = light_of(&s, &Technique::Direct, LightPart::All);
     let right =
-        all_around(&s, |c| trace(&s, &view(c, SIDE, SIDE), &settings(Bounces::Count(1), 64)).indirect.mean());
+        all_around(|c| trace(&s, &view(c, SIDE, SIDE), &settings(Bounces::Count(1), 64)).indirect.mean());
     println!("path tracer: a bounce is {:.4} of the direct light", right / direct);
     for technique in bouncing() {
         let once = light_of(&s, &technique, LightPart::Indirect);

@@ -8,7 +8,6 @@ mod support;
 mod energy;
 mod machines;
 mod places;
-mod run;
 
 use glam::Vec3;
 use twinlight::backend::{Backend, Cpu};

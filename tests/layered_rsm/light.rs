@@ -5,7 +5,7 @@ use crate::{cpu, indirect, render_on};
 use glam::{Mat3, Vec3};
 use twinlight::picture::Picture;
 use twinlight::report::error::picture_error;
-use twinlight::scene::{Camera, Scene, light};
+use twinlight::scene::{Scene, light};
 use twinlight::technique::layered_rsm::{LayeredRsm, Opacity};
 use twinlight::technique::{Cones, Job, LightPart};
 

@@ -15,12 +15,15 @@ fn every_change_of_one_thing_is_refused_or_rendered() {
     assert!(files.len() > 5_000, "{}", files.len());
     let results = on_two_threads(files.len(), |i| {
         let (what, bytes) = &files[i];
-        let read = Scene::from_gltf(bytes.clone(), Path::new("a.glb"), 0.25);
         let survived = catch_unwind(|| bodies::gltf(bytes)).is_ok();
-        (what, read.is_ok(), survived)
+        let read = survived && Scene::from_gltf(bytes.clone(), Path::new("a.glb"), 0.25).is_ok();
+        (what, read, survived, bodies::technique_of(bytes))
     });
     let broken: Vec<_> = results.iter().filter(|r| !r.2).map(|r| r.0).collect();
     assert!(broken.is_empty(), "{} files break it: {:?}", broken.len(), &broken[..broken.len().min(20)]);
+    let rendered = |technique| results.iter().filter(|r| r.1 && r.3 == technique).count();
+    let by_technique: Vec<usize> = (0..bodies::TECHNIQUES).map(rendered).collect();
+    assert!(by_technique.iter().all(|&n| n > 100), "{by_technique:?}");
     let refused = results.iter().filter(|r| !r.1).count();
     println!("{} files: {refused} refused, {} rendered", files.len(), files.len() - refused);
     assert!(refused > 1_000 && files.len() - refused > 500, "{refused}");

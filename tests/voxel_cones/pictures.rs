@@ -9,7 +9,7 @@ use twinlight::report::error::{PictureError, picture_error};
 use twinlight::scene::{BUILT_IN, Environment, Scene, light};
 use twinlight::technique::reference::{Bounces, Reference};
 use twinlight::technique::voxel_cones::{
-    self, DUMPS, Lighting, Pyramid, VoxelCones, Voxelisation, render_lit,
+    self, DUMPS, Lighting, Pyramid, RadianceStorage, VoxelCones, Voxelisation, render_lit,
 };
 use twinlight::technique::{Cones, Job, LightPart, View, World, ambient_occlusion};
 
@@ -46,6 +46,34 @@ fn the_cornell_box_is_as_bright_as_it_should_be_and_better_with_more_cones() {
     assert!(few.relative_rmse > some.relative_rmse && some.relative_rmse > many.relative_rmse);
     let finer = with(16, 256);
     assert!((finer.mean_ratio / some.mean_ratio - 1.0).abs() < 0.05, "brightness drifts with the resolution");
+}
+
+#[test]
+fn what_storages_of_radiance_cost() {
+    let s = Scene::open("cornell-glossy").unwrap();
+    let view = view(&s.view(), SIDE, SIDE);
+    let with = |storage| {
+        let settings = VoxelCones { storage, bounces: 2, illumination: Some((SIDE, SIDE)), ..at(64) };
+        let (rendered, counts) = render_on(&mut cpu(), &s, &view, &indirect_job(), &settings, false);
+        (rendered.picture, counts)
+    };
+    let (right, most) = with(RadianceStorage::Float);
+    // Equal steps lose what is dim, and both of them what is beyond 16 typical radiances.
+    let table = [
+        (RadianceStorage::Half, 3e-4),
+        (RadianceStorage::Shared, 3e-3),
+        (RadianceStorage::Fixed, 0.2),
+        (RadianceStorage::Unorm8, 0.8),
+    ];
+    let mut before = 0.0;
+    for (storage, allowed) in table {
+        let (picture, counts) = with(storage);
+        let e = error(&picture, &right, &format!("{storage:?}, {counts:?}"));
+        assert!(e.relative_rmse < allowed && e.relative_rmse > 0.9 * before, "{storage:?}: {e:?}");
+        assert!((e.mean_ratio - 1.0).abs() < allowed, "{storage:?}: {e:?}");
+        assert_ne!(format!("{counts:?}"), format!("{most:?}"), "{storage:?} takes as much memory");
+        before = e.relative_rmse;
+    }
 }
 
 #[test]

@@ -12,7 +12,8 @@ use twinlight_kernels::passes::voxel_cones::build::{AREA_SCALE, LEAF_WORDS};
 use twinlight_kernels::passes::voxel_cones::clip::part_in_cube;
 use twinlight_kernels::passes::voxel_cones::march::{self, Ray, march};
 use twinlight_kernels::passes::voxel_cones::storage::{
-    pack_depths, pack_radiance, unpack_depths, unpack_radiance,
+    FIXED, FIXED_RANGE, FLOAT, HALF, SHARED_EXPONENT, UNORM8, load_radiance, pack_depths, pack_radiance,
+    radiance_word, unpack_depths, unpack_radiance, words_of,
 };
 use twinlight_kernels::sampling::hash::{hash, unit_float};
 
@@ -143,6 +144,42 @@ fn words_keep_depths_and_radiance() {
     assert_eq!(unpack_radiance(pack_radiance(Vec3::splat(f32::INFINITY))), Vec3::splat(65_408.0));
 }
 
+#[test]
+fn every_storage_keeps_radiance_to_its_step() {
+    let mut worst = [0.0f32; 5];
+    for i in 0..20_000 {
+        let x = |k: u32| unit_float(hash(9 * i + k));
+        let radiance = Vec3::new(x(0), x(1), x(2)) * 2f32.powf(14.0 * x(3) - 10.0);
+        for storage in [SHARED_EXPONENT, UNORM8, FIXED, HALF, FLOAT] {
+            // Between two others.
+            let entry = |r: Vec3| (0..words_of(storage)).map(move |w| radiance_word(storage, r, w));
+            let words: Vec<u32> = entry(Vec3::ONE).chain(entry(radiance)).chain(entry(Vec3::ONE)).collect();
+            let off = (load_radiance(&words, storage, 1) - radiance).abs();
+            let allowed = match storage {
+                UNORM8 => Vec3::splat(0.5 * FIXED_RANGE / 255.0 + 1e-6),
+                FIXED => Vec3::splat(0.5 * FIXED_RANGE / 1023.0 + 1e-6),
+                SHARED_EXPONENT => Vec3::splat(radiance.max_element() / 511.0),
+                HALF => radiance / 2048.0 + Vec3::splat(3e-8),
+                _ => Vec3::ZERO,
+            };
+            assert!(off.cmple(allowed).all(), "storage {storage}: {radiance} is off by {off}");
+            worst[storage as usize] = worst[storage as usize].max(off.max_element());
+        }
+    }
+    // What is coarser is so.
+    assert!(worst[UNORM8 as usize] > worst[FIXED as usize] && worst[FIXED as usize] > 5e-3, "{worst:?}");
+    for storage in [SHARED_EXPONENT, UNORM8, FIXED, HALF, FLOAT] {
+        for odd in [f32::NAN, -1.0, f32::NEG_INFINITY] {
+            assert!((0..words_of(storage)).all(|w| radiance_word(storage, Vec3::splat(odd), w) == 0));
+        }
+        let words: Vec<u32> =
+            (0..words_of(storage)).map(|w| radiance_word(storage, Vec3::splat(f32::INFINITY), w)).collect();
+        let most = if matches!(storage, UNORM8 | FIXED) { FIXED_RANGE } else { 65_408.0 };
+        let got = load_radiance(&words, storage, 0);
+        assert!((got / most - Vec3::ONE).abs().max_element() < 1e-3, "storage {storage}: {got}");
+    }
+}
+
 /// A wall in a larger box of air, its normal turned away from x.
 fn wall(turn: f32) -> Scene {
     let mut s = scene();
@@ -173,6 +210,7 @@ fn depth_through(b: &Built, from: Vec3, direction: Vec3, tangent: f32, step: f32
     let medium = march::Pyramid {
         depth: p.depth,
         lobes: 0,
+        storage: 0,
         blocks: &b.blocks,
         depths: &b.depths,
         places: &dark,

@@ -1,7 +1,7 @@
 //! Which options set the knobs of voxel cone tracing?
 
 use super::set;
-use crate::technique::voxel_cones::{VoxelCones, Voxelisation};
+use crate::technique::voxel_cones::{RadianceStorage, VoxelCones, Voxelisation};
 use clap::{Args, ValueEnum};
 
 /// The knobs; what is left out keeps the default or the preset's value.
@@ -14,6 +14,9 @@ pub(crate) struct VoxelConesOptions {
     /// Whether voxels have six directional values
     #[arg(long, value_name = "BOOL")]
     anisotropic: Option<bool>,
+    /// How voxels store radiance
+    #[arg(long)]
+    radiance_storage: Option<StorageChoice>,
     /// Bounces of indirect light, 1 to 16
     #[arg(long, value_name = "N")]
     voxel_bounces: Option<u32>,
@@ -36,6 +39,20 @@ enum VoxelisationChoice {
     Thin,
 }
 
+#[derive(Clone, Copy, ValueEnum, PartialEq)]
+enum StorageChoice {
+    /// Nine bits for each colour, and a common exponent
+    Shared,
+    /// Eight bits in equal steps
+    Unorm8,
+    /// Ten bits in equal steps
+    Fixed,
+    /// 16-bit floats
+    Half,
+    /// 32-bit floats
+    Float,
+}
+
 impl VoxelConesOptions {
     /// Sets the knobs that the options name.
     pub(super) fn apply(&self, s: &mut VoxelCones) {
@@ -44,6 +61,14 @@ impl VoxelConesOptions {
         set(&mut s.bounce_cones, self.bounce_cones);
         set(&mut s.light_map, self.photons);
         s.occlusion |= self.occlusion;
+        let storage = self.radiance_storage.map(|choice| match choice {
+            StorageChoice::Shared => RadianceStorage::Shared,
+            StorageChoice::Unorm8 => RadianceStorage::Unorm8,
+            StorageChoice::Fixed => RadianceStorage::Fixed,
+            StorageChoice::Half => RadianceStorage::Half,
+            StorageChoice::Float => RadianceStorage::Float,
+        });
+        set(&mut s.storage, storage);
         match self.voxelisation {
             Some(VoxelisationChoice::Area) => s.voxelisation = Voxelisation::Area,
             Some(VoxelisationChoice::Thin) => s.voxelisation = Voxelisation::Thin,

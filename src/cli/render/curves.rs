@@ -31,6 +31,7 @@ const TURNS: [f32; 3] = [0.0, 20.0, -20.0];
 const PATHS: f64 = 1.5e6;
 /// Steps whose small picture takes longer, in seconds, are no choice.
 const TOO_LONG: f64 = 1.5;
+
 /// A step with what it costs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Measured {

@@ -100,6 +100,7 @@ const VOXEL_CONES: Sweep = Sweep {
         knob("interleave", &["false"]),
         knob("anisotropic", &["false"]),
         knob("voxelisation", &["thin"]),
+        knob("radiance-storage", &["unorm8", "fixed", "half", "float"]),
         knob("photons", &["128", "256", "512", "2048"]),
         knob("illumination", &["{1/8}", "{1/4}", "{1}"]),
         knob("upsampling", &["bilinear", "nearest"]),

@@ -23,6 +23,7 @@ use twinlight_kernels::passes::layered_rsm::voxels::BinaryVoxels;
 use twinlight_kernels::passes::material::reflectance;
 use twinlight_kernels::passes::surface::{pixel_direction, ray_origin, surface_at};
 use twinlight_kernels::passes::voxel_cones::march::{Medium, Pyramid, Ray, Sample, march};
+use twinlight_kernels::passes::voxel_cones::storage::storage_of;
 use twinlight_kernels::passes::voxel_cones::trace::on_lattice;
 use twinlight_kernels::sampling::hash::{combine, hash, unit_float};
 use twinlight_kernels::sampling::hemisphere::{cone, cosine_hemisphere, to_world};
@@ -79,6 +80,7 @@ impl Voxels {
         Pyramid {
             depth: self.params.depth,
             lobes: self.params.lobes,
+            storage: storage_of(self.params.flags),
             blocks: &self.blocks,
             depths: &self.depths,
             places: &self.places,

@@ -6,6 +6,7 @@ use crate::technique::gbuffer::bands;
 use crate::technique::{Inspection, Job, View};
 use glam::{Vec3, Vec4};
 use twinlight_kernels::passes::elements::VoxelViewParams;
+use twinlight_kernels::passes::voxel_cones::storage::storage_of;
 use twinlight_kernels::passes::voxel_cones::view::{VIEW_LOBES, VIEW_RADIANCE};
 
 /// Dumps that show voxels; `@` and a level after the name draws the voxels of that level, 0 without.
@@ -42,6 +43,7 @@ pub(super) fn draw<B: Backend>(
             what: if name == "lobes" { VIEW_LOBES } else { VIEW_RADIANCE },
             lobes: lit.lobes,
             radiance_unit: 1.0 / lit.radiance_scale,
+            storage: storage_of(p.params.flags),
             ..Default::default()
         };
         let params = backend.upload("voxel view", &[params])?;

@@ -28,6 +28,7 @@ pub(crate) fn cone_params<B: Backend>(
         radiance_scale: lit.radiance_scale,
         first: p.params.first,
         lobes: lit.lobes,
+        flags: settings.storage.flags(),
         ..settings.cones.params()
     }
 }
@@ -148,7 +149,8 @@ fn gather<B: Backend>(
         let lit = lighting.shining.as_ref().filter(|_| all).unwrap_or(lit);
         let params = ConeParams {
             tangent: tangent(settings.cones.specular_half_angle),
-            flags: if world.has_environment && all { CONES_SEE_ENVIRONMENT } else { 0 },
+            flags: settings.storage.flags()
+                | if world.has_environment && all { CONES_SEE_ENVIRONMENT } else { 0 },
             eye: params.eye,
             ..cone_params(world, p, lit, settings)
         };

@@ -1,7 +1,7 @@
 //! What do lights and emissive surfaces leave with the leaves? VCT §8.2.
 
 use super::VoxelCones;
-use super::lit::{Leaves, Level, Lit, filtered};
+use super::lit::{Leaves, Level, Lit, filtered, words_of_voxel};
 use super::pyramid::Pyramid;
 use crate::backend::{Backend, BackendError};
 use crate::technique::World;
@@ -9,7 +9,7 @@ use crate::technique::light_map::map_params;
 use std::f32::consts::PI;
 use twinlight_kernels::passes::elements::{Hit, Light, PhotonParams, PyramidParams};
 use twinlight_kernels::passes::scene::{LIGHT_SPOT, LIGHT_SUN};
-use twinlight_kernels::passes::voxel_cones::inject::{POWER_WORDS, RADIANCE_WORDS};
+use twinlight_kernels::passes::voxel_cones::inject::POWER_WORDS;
 use twinlight_kernels::passes::voxel_cones::lobes::{LOBE_POWER_WORDS, LOBE_WORDS};
 
 /// Bytes of photon maps that are kept between marking and injection; beyond, they are traced twice.
@@ -160,7 +160,7 @@ fn finished<B: Backend>(
     power: &B::Buffer<u32>,
     lobes: Option<B::Buffer<u32>>,
 ) -> Result<Lit<B>, BackendError> {
-    let words = level.count * RADIANCE_WORDS;
+    let words = level.count * words_of_voxel(params);
     let mut radiance = backend.alloc("lit radiance", words.max(1) as usize)?;
     backend.lit_radiance(params, &level.lit, &p.sums, power, &mut radiance, words)?;
     filtered(backend, p, params, Leaves { level, radiance, lobes })

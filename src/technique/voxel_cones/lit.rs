@@ -11,6 +11,7 @@ use twinlight_kernels::passes::elements::PyramidParams;
 use twinlight_kernels::passes::voxel_cones::build::ISOTROPIC;
 use twinlight_kernels::passes::voxel_cones::inject::RADIANCE_WORDS;
 use twinlight_kernels::passes::voxel_cones::lobes::LOBE_WORDS;
+use twinlight_kernels::passes::voxel_cones::storage::{storage_of, words_of};
 use twinlight_kernels::passes::voxel_cones::trace::{CONES_ISOTROPIC, CONES_SEE_ENVIRONMENT};
 
 /// Radiance of the lit voxels. It changes with the lights.
@@ -33,6 +34,11 @@ pub struct Lighting<B: Backend> {
     pub reflected: Lit<B>,
     /// That and what they emit, where something does: what mirrors show.
     pub shining: Option<Lit<B>>,
+}
+
+/// Words of a lit voxel's radiance.
+pub(super) fn words_of_voxel(params: &PyramidParams) -> u32 {
+    RADIANCE_WORDS * words_of(storage_of(params.flags))
 }
 
 /// The lit voxels of a level.
@@ -113,7 +119,8 @@ impl<B: Backend> Lighting<B> {
         let reflected = all.unwrap_or(reflected);
         let shining = match emitted {
             Some(emitted) if world.has_mirrors => {
-                let nothing = backend.alloc("leaf radiance", (params.leaves * RADIANCE_WORDS) as usize)?;
+                let nothing =
+                    backend.alloc("leaf radiance", (params.leaves * words_of_voxel(&params)) as usize)?;
                 let emitted = emitted.plus(backend, world, p, settings, &nothing)?;
                 let sum = reflected.plus(backend, world, p, settings, &emitted)?;
                 Some(relit(backend, p, &params, &sum, &reflected)?)
@@ -158,7 +165,7 @@ impl<B: Backend> Lit<B> {
         let mut cones = frame::cone_params(world, p, self, settings);
         cones.cones = settings.bounce_cones;
         cones.flags |= if environment { CONES_SEE_ENVIRONMENT } else { 0 };
-        let words = params.leaves * RADIANCE_WORDS;
+        let words = params.leaves * words_of_voxel(params);
         let mut bounced = backend.alloc("bounced radiance", words as usize)?;
         backend.bounce_radiance(
             &cones,
@@ -187,7 +194,7 @@ impl<B: Backend> Lit<B> {
     ) -> Result<B::Buffer<u32>, BackendError> {
         let mut cones = frame::cone_params(world, p, self, settings);
         cones.flags |= if p.params.flags & ISOTROPIC != 0 { CONES_ISOTROPIC } else { 0 };
-        let words = p.params.leaves * RADIANCE_WORDS;
+        let words = p.params.leaves * words_of_voxel(&p.params);
         let mut sum = backend.alloc("leaf radiance", words as usize)?;
         backend.add_bounce(&cones, &self.places, &self.radiance, more, &mut sum, words)?;
         Ok(sum)
@@ -206,8 +213,9 @@ fn relit<B: Backend>(
     let own = PyramidParams { lobes: direct.lobes, ..*params };
     backend.mark_bright(&own, all, &direct.places, &direct.radiance, &mut flags, params.leaves)?;
     let level = Level::new(backend, params, &flags, params.leaves, 0)?;
-    let mut radiance = backend.alloc("lit radiance", (level.count.max(1) * RADIANCE_WORDS) as usize)?;
-    backend.keep_lit(params, &level.lit, all, &mut radiance, level.count * RADIANCE_WORDS)?;
+    let words = words_of_voxel(params);
+    let mut radiance = backend.alloc("lit radiance", (level.count.max(1) * words) as usize)?;
+    backend.keep_lit(params, &level.lit, all, &mut radiance, level.count * words)?;
     let mut lobes = None;
     if direct.lobes > 0 {
         let params = PyramidParams { lobes: direct.lobes, ..*params };
@@ -243,8 +251,9 @@ pub(super) fn filtered<B: Backend>(
         levels.push(Level::new(backend, &own, &flags, voxels, first)?);
     }
     let count = levels.last().map_or(0, |l| l.first + l.count);
-    let lobes = if leaves.lobes.is_some() { count * RADIANCE_WORDS } else { 0 };
-    let words = count * RADIANCE_WORDS + if lobes > 0 { count * LOBE_WORDS } else { 0 };
+    let voxel_words = words_of_voxel(params);
+    let lobes = if leaves.lobes.is_some() { count * voxel_words } else { 0 };
+    let words = count * voxel_words + if lobes > 0 { count * LOBE_WORDS } else { 0 };
     let mut places = backend.alloc("lit places", p.voxels() as usize)?;
     let mut radiance = backend.alloc("radiance", words.max(1) as usize)?;
     let (mut below, mut lobes_below) = (leaves.radiance, leaves.lobes);
@@ -255,7 +264,7 @@ pub(super) fn filtered<B: Backend>(
             let base = PyramidParams { child_first_lit: children.first, ..base };
             let (points, blocks, depths) = (&p.points[level], &p.blocks, &p.depths);
             let count = own.count.max(1) as usize;
-            let mut next = backend.alloc("level radiance", count * RADIANCE_WORDS as usize)?;
+            let mut next = backend.alloc("level radiance", count * voxel_words as usize)?;
             let lit = &own.lit;
             backend.filter_radiance(
                 &base,
@@ -287,7 +296,7 @@ pub(super) fn filtered<B: Backend>(
         }
         place(backend, &own.places, base.first, &mut places)?;
         if own.count > 0 {
-            place(backend, &below, own.first * RADIANCE_WORDS, &mut radiance)?;
+            place(backend, &below, own.first * voxel_words, &mut radiance)?;
             if let Some(own_lobes) = &lobes_below {
                 place(backend, own_lobes, lobes + own.first * LOBE_WORDS, &mut radiance)?;
             }

@@ -15,7 +15,7 @@ pub(super) use inject::watts;
 pub use lit::{Lighting, Lit};
 pub use pyramid::Pyramid;
 pub(super) use settings::check_resolution;
-pub use settings::{VoxelCones, Voxelisation};
+pub use settings::{RadianceStorage, VoxelCones, Voxelisation};
 
 use super::{Inspection, Job, LightPart, Rendered, View, World};
 use crate::backend::{Backend, BackendError};

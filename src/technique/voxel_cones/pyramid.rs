@@ -55,7 +55,7 @@ impl<B: Backend> Pyramid<B> {
         triangles: Range<u32>,
     ) -> Result<Self, BackendError> {
         let params = PyramidParams {
-            flags: if settings.anisotropic { 0 } else { ISOTROPIC },
+            flags: settings.storage.flags() | if settings.anisotropic { 0 } else { ISOTROPIC },
             ..lattice(bounds, settings.depth(), settings.voxelisation == Voxelisation::Thin)
         };
         let pairs = refine(backend, world, &params, triangles)?;

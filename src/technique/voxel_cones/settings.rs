@@ -4,6 +4,7 @@ use crate::error::SettingsError;
 use crate::technique::cones::{Cones, check_rounds};
 use crate::technique::gathered::check_illumination;
 use twinlight_kernels::geometry::lattice::MAX_DEPTH;
+use twinlight_kernels::passes::voxel_cones::storage;
 
 /// How a triangle counts in the voxels that it meets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,6 +13,40 @@ pub enum Voxelisation {
     Area,
     /// Fully, in voxels whose axis cross it meets: the thinnest set without holes.
     Thin,
+}
+
+/// How voxels store their radiance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RadianceStorage {
+    /// Nine bits for each colour and a common exponent, one word: 0.2 % of the largest colour.
+    #[default]
+    Shared,
+    /// Eight bits for each colour in equal steps up to 16 typical radiances, one word.
+    Unorm8,
+    /// Ten bits, likewise.
+    Fixed,
+    /// IEEE binary16, two words.
+    Half,
+    /// IEEE binary32, three words.
+    Float,
+}
+
+impl RadianceStorage {
+    /// The same for the passes, in the flags of their parameters.
+    pub(super) fn flags(self) -> u32 {
+        self.number() << storage::STORAGE_SHIFT
+    }
+
+    /// The same for the passes.
+    pub(super) fn number(self) -> u32 {
+        match self {
+            Self::Shared => storage::SHARED_EXPONENT,
+            Self::Unorm8 => storage::UNORM8,
+            Self::Fixed => storage::FIXED,
+            Self::Half => storage::HALF,
+            Self::Float => storage::FLOAT,
+        }
+    }
 }
 
 /// The knobs of voxel cone tracing.
@@ -26,6 +61,8 @@ pub struct VoxelCones {
     pub voxelisation: Voxelisation,
     /// Six directional values for each voxel above the leaves; without, one. Walls of two colours leak into each other without.
     pub anisotropic: bool,
+    /// How radiance is stored.
+    pub storage: RadianceStorage,
     /// How cones go through the voxels.
     pub cones: Cones,
     /// Bounces of indirect light, 1 to 16. Each more gathers cones at every leaf.
@@ -46,6 +83,7 @@ impl Default for VoxelCones {
             resolution: 128,
             voxelisation: Voxelisation::Area,
             anisotropic: true,
+            storage: RadianceStorage::default(),
             cones: Cones::default(),
             bounces: 1,
             bounce_cones: 6,

@@ -8,8 +8,8 @@ use crate::body::Launch;
 use crate::case;
 use crate::common::draw::Draw;
 use twinlight_kernels::passes::elements::*;
-use twinlight_kernels::passes::voxel_cones::inject::RADIANCE_WORDS;
 use twinlight_kernels::passes::voxel_cones::lobes::LOBE_WORDS;
+use twinlight_kernels::passes::voxel_cones::storage::storage_of;
 use twinlight_kernels::passes::voxel_cones::view::{VIEW_LOBES, VIEW_RADIANCE};
 
 pub fn mark_lit(draw: &mut Draw) -> Vec<case::mark_lit> {
@@ -81,15 +81,16 @@ pub fn lit_places(draw: &mut Draw) -> Vec<case::lit_places> {
 }
 
 pub fn lit_radiance(draw: &mut Draw) -> Vec<case::lit_radiance> {
-    Voxelised::all(draw)
+    Voxelised::stored(draw)
+        .into_iter()
         .map(|v| case::lit_radiance {
-            launch: items("lit leaves", v.radiance.len()),
+            launch: v.stored_as(items("lit leaves", v.radiance.len())),
             params: v.params,
             lit: v.lit,
             sums: v.sums,
             power: v.power,
         })
-        .into()
+        .collect()
 }
 
 pub fn mark_lit_parents(draw: &mut Draw) -> Vec<case::mark_lit_parents> {
@@ -108,11 +109,12 @@ pub fn mark_lit_parents(draw: &mut Draw) -> Vec<case::mark_lit_parents> {
 }
 
 pub fn filter_radiance(draw: &mut Draw) -> Vec<case::filter_radiance> {
-    Voxelised::all(draw)
+    Voxelised::stored(draw)
+        .into_iter()
         .map(|v| {
             let (params, count) = at(&v.params, &v.firsts, 1);
             case::filter_radiance {
-                launch: Launch::new("all of level 1", (count * RADIANCE_WORDS) as usize, count),
+                launch: v.stored_as(Launch::new("all of level 1", (count * v.voxel_words()) as usize, count)),
                 params,
                 lit: (0..count).collect(),
                 points: v.points[1].clone(),
@@ -122,7 +124,7 @@ pub fn filter_radiance(draw: &mut Draw) -> Vec<case::filter_radiance> {
                 radiance: v.radiance,
             }
         })
-        .into()
+        .collect()
 }
 
 pub fn cone_openness(draw: &mut Draw) -> Vec<case::cone_openness> {
@@ -140,7 +142,8 @@ pub fn cone_openness(draw: &mut Draw) -> Vec<case::cone_openness> {
 }
 
 pub fn cone_diffuse(draw: &mut Draw) -> Vec<case::cone_diffuse> {
-    Voxelised::all(draw)
+    Voxelised::stored(draw)
+        .into_iter()
         .map(|v| case::cone_diffuse {
             launch: launch("pixels"),
             params: v.cones(),
@@ -150,11 +153,12 @@ pub fn cone_diffuse(draw: &mut Draw) -> Vec<case::cone_diffuse> {
             blocks: v.blocks,
             depths: v.depths,
         })
-        .into()
+        .collect()
 }
 
 pub fn cone_specular(draw: &mut Draw) -> Vec<case::cone_specular> {
-    Voxelised::all(draw)
+    Voxelised::stored(draw)
+        .into_iter()
         .map(|v| case::cone_specular {
             launch: launch("pixels"),
             params: v.cones(),
@@ -166,13 +170,14 @@ pub fn cone_specular(draw: &mut Draw) -> Vec<case::cone_specular> {
             depths: v.depths,
             texels: v.world.texels,
         })
-        .into()
+        .collect()
 }
 
 pub fn bounce_radiance(draw: &mut Draw) -> Vec<case::bounce_radiance> {
-    Voxelised::all(draw)
+    Voxelised::stored(draw)
+        .into_iter()
         .map(|v| case::bounce_radiance {
-            launch: items("leaves", (v.params.leaves * RADIANCE_WORDS) as usize),
+            launch: v.stored_as(items("leaves", (v.params.leaves * v.voxel_words()) as usize)),
             params: v.cones(),
             radiance: v.radiance_and_lobes(),
             places: v.all_places(),
@@ -182,28 +187,30 @@ pub fn bounce_radiance(draw: &mut Draw) -> Vec<case::bounce_radiance> {
             depths: v.depths,
             texels: v.world.texels,
         })
-        .into()
+        .collect()
 }
 
 /// Words of radiance like those of leaves.
 fn bounced(v: &Voxelised) -> Vec<u32> {
-    v.radiance.iter().copied().cycle().take((v.params.leaves * RADIANCE_WORDS) as usize).collect()
+    v.radiance.iter().copied().cycle().take((v.params.leaves * v.voxel_words()) as usize).collect()
 }
 
 pub fn add_bounce(draw: &mut Draw) -> Vec<case::add_bounce> {
-    Voxelised::all(draw)
+    Voxelised::stored(draw)
+        .into_iter()
         .map(|v| case::add_bounce {
-            launch: items("leaves", (v.params.leaves * RADIANCE_WORDS) as usize),
+            launch: v.stored_as(items("leaves", (v.params.leaves * v.voxel_words()) as usize)),
             params: v.cones(),
             places: v.all_places(),
             bounced: bounced(&v),
             radiance: v.radiance,
         })
-        .into()
+        .collect()
 }
 
 pub fn mark_bright(draw: &mut Draw) -> Vec<case::mark_bright> {
-    Voxelised::all(draw)
+    Voxelised::stored(draw)
+        .into_iter()
         .map(|v| case::mark_bright {
             launch: items("leaves", v.params.leaves as usize),
             params: PyramidParams { lobes: v.radiance.len() as u32, ..v.params },
@@ -211,18 +218,19 @@ pub fn mark_bright(draw: &mut Draw) -> Vec<case::mark_bright> {
             places: v.all_places(),
             direct: v.radiance_and_lobes(),
         })
-        .into()
+        .collect()
 }
 
 pub fn keep_lit(draw: &mut Draw) -> Vec<case::keep_lit> {
-    Voxelised::all(draw)
+    Voxelised::stored(draw)
+        .into_iter()
         .map(|v| case::keep_lit {
-            launch: items("lit leaves", v.lit.len() * RADIANCE_WORDS as usize),
+            launch: items("lit leaves", v.lit.len() * v.voxel_words() as usize),
             params: v.params,
             radiance: bounced(&v),
             lit: v.lit,
         })
-        .into()
+        .collect()
 }
 
 pub fn inject_lobes(draw: &mut Draw) -> Vec<case::inject_lobes> {
@@ -288,7 +296,7 @@ pub fn keep_lobes(draw: &mut Draw) -> Vec<case::keep_lobes> {
 
 pub fn draw_voxels(draw: &mut Draw) -> Vec<case::draw_voxels> {
     let mut cases = Vec::new();
-    for v in Voxelised::all(draw) {
+    for v in Voxelised::stored(draw) {
         for (level, what) in [(0, VIEW_RADIANCE), (0, VIEW_LOBES), (2, VIEW_RADIANCE)] {
             let view = VoxelViewParams {
                 lower: v.params.lower,
@@ -298,6 +306,7 @@ pub fn draw_voxels(draw: &mut Draw) -> Vec<case::draw_voxels> {
                 what,
                 lobes: v.radiance.len() as u32,
                 radiance_unit: 2.0,
+                storage: storage_of(v.params.flags),
                 ..Default::default()
             };
             cases.push(case::draw_voxels {

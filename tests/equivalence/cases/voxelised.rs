@@ -3,6 +3,7 @@
 use super::arrays::scanned;
 use super::scene::{World, worlds};
 use super::visibility::Cells;
+use crate::body::Launch;
 use crate::common::draw::Draw;
 use glam::{Vec3, Vec4};
 use twinlight::scene::Bounds;
@@ -13,6 +14,9 @@ use twinlight_kernels::passes::elements::*;
 use twinlight_kernels::passes::voxel_cones::build::{ISOTROPIC, LEAF_WORDS};
 use twinlight_kernels::passes::voxel_cones::inject::{POWER_WORDS, RADIANCE_WORDS};
 use twinlight_kernels::passes::voxel_cones::lobes::{LOBE_POWER_WORDS, LOBE_WORDS};
+use twinlight_kernels::passes::voxel_cones::storage::{
+    FIXED, FLOAT, HALF, STORAGE_SHIFT, storage_of, words_of,
+};
 
 pub(super) const DEPTH: u32 = 4;
 /// Texels along a side of the photons' map.
@@ -208,7 +212,7 @@ impl Voxelised {
         let lobes = scatter(count * LOBE_WORDS, count, |i, out| {
             passes::lit_lobes(i, &params, &lit, &sums, &lobe_power, out);
         });
-        let words = lit.len() as u32 * RADIANCE_WORDS;
+        let words = lit.len() as u32 * RADIANCE_WORDS * words_of(storage_of(params.flags));
         let radiance = map(words, |i| passes::lit_radiance(i, &params, &lit, &sums, &power));
         Self {
             refined,
@@ -241,6 +245,29 @@ impl Voxelised {
         [Self::new(draw, a, 0, 0), Self::new(draw, b, ISOTROPIC, 1)]
     }
 
+    /// The same, and more in other storages of radiance.
+    pub(super) fn stored(draw: &mut Draw) -> Vec<Self> {
+        let mut all: Vec<Self> = Self::all(draw).into();
+        for flags in [HALF << STORAGE_SHIFT, FLOAT << STORAGE_SHIFT | ISOTROPIC, FIXED << STORAGE_SHIFT] {
+            let [world, _] = worlds(draw);
+            all.push(Self::new(draw, world, flags, 0));
+        }
+        all
+    }
+
+    /// The launch of a pass that makes radiance: words of floats are not compared in fast mode, where the last bits differ.
+    pub(super) fn stored_as(&self, launch: Launch) -> Launch {
+        match storage_of(self.params.flags) {
+            HALF | FLOAT => launch.strict_only(),
+            _ => launch,
+        }
+    }
+
+    /// Words of a lit voxel's radiance.
+    pub(super) fn voxel_words(&self) -> u32 {
+        RADIANCE_WORDS * words_of(storage_of(self.params.flags))
+    }
+
     /// Numbers of lit voxels of all levels; those above the leaves are dark.
     pub(super) fn all_places(&self) -> Vec<u32> {
         let mut all = vec![0; self.params.first as usize];
@@ -254,14 +281,15 @@ impl Voxelised {
     }
 
     pub(super) fn cones(&self) -> ConeParams {
+        let directional = self.params.flags & ISOTROPIC == 0;
         ConeParams {
             lower: self.params.lower,
             eye: self.world.camera.eye,
             environment: Vec4::new(0.4, 0.5, 0.6, 0.0),
             inverse_edge: self.params.inverse_edge,
             depth: DEPTH,
-            cones: if self.params.flags == 0 { 6 } else { 3 },
-            tangent: if self.params.flags == 0 { 0.0 } else { 0.3 },
+            cones: if directional { 6 } else { 3 },
+            tangent: if directional { 0.0 } else { 0.3 },
             width: 0.7,
             step: 0.8,
             start: 1.0,
@@ -271,7 +299,7 @@ impl Voxelised {
             reach: 40.0,
             radiance_unit: 2.0,
             radiance_scale: 0.5,
-            flags: if self.params.flags == 0 { 1 } else { 3 },
+            flags: if directional { 1 } else { 3 } | self.params.flags & !ISOTROPIC,
             lobes: self.radiance.len() as u32,
             first: self.params.first,
             ..Default::default()

@@ -39,7 +39,7 @@ gpu_struct! {
         pub first: u32,
         /// Number of the first voxel of the level below.
         pub child_first: u32,
-        /// [`ISOTROPIC`].
+        /// [`ISOTROPIC`]; from bit 8 on the radiance's [storage](super::storage::storage_of).
         pub flags: u32,
         /// Number of leaves.
         pub leaves: u32,

@@ -7,7 +7,7 @@ use super::build::{
 };
 use super::inject::RADIANCE_WORDS;
 use super::lobes::LOBE_WORDS;
-use super::storage::{pack_radiance, ratio, unpack_depths, unpack_radiance};
+use super::storage::{load_radiance, radiance_word, ratio, storage_of, unpack_depths, words_of};
 use crate::geometry::lattice::{NO_VOXEL, unpack_point, voxel_at};
 use crate::math::exp;
 use crate::passes::Accumulate;
@@ -56,8 +56,9 @@ pub fn mark_bright(
     direct: &[u32],
 ) -> u32 {
     let mut any = 0;
-    for k in 0..RADIANCE_WORDS {
-        any |= radiance[(RADIANCE_WORDS * index + k) as usize];
+    let words = RADIANCE_WORDS * words_of(storage_of(params.flags));
+    for k in 0..words {
+        any |= radiance[(words * index + k) as usize];
     }
     let place = places[(params.first + index) as usize];
     if params.lobes > 0 && place > 0 {
@@ -69,10 +70,10 @@ pub fn mark_bright(
 /// Returns word `index` of the lit leaves' radiance, from that of all leaves.
 #[inline]
 pub fn keep_lit(index: u32, params: &PyramidParams, lit: &[u32], radiance: &[u32]) -> u32 {
-    let _ = params;
-    let place = index / RADIANCE_WORDS;
-    let k = index - RADIANCE_WORDS * place;
-    radiance[(RADIANCE_WORDS * lit[place as usize] + k) as usize]
+    let words = RADIANCE_WORDS * words_of(storage_of(params.flags));
+    let place = index / words;
+    let k = index - words * place;
+    radiance[(words * lit[place as usize] + k) as usize]
 }
 
 /// What the child columns of a voxel send along one direction.
@@ -83,7 +84,7 @@ struct Sent {
 
 /// Front to back through each column of three children, then the mean of the nine columns.
 #[inline]
-fn sent(k: u32, depths: &[u32; 27], lit: &[u32; 27], radiance: &[u32]) -> Sent {
+fn sent(k: u32, depths: &[u32; 27], lit: &[u32; 27], radiance: &[u32], storage: u32) -> Sent {
     let axis = k / 2;
     let mut all = Sent { light: Vec3::ZERO, opacity: 0.0 };
     for column in 0..9 {
@@ -98,7 +99,7 @@ fn sent(k: u32, depths: &[u32; 27], lit: &[u32; 27], radiance: &[u32]) -> Sent {
             if depth > 0.0 {
                 let place = lit[number as usize];
                 if place != DARK {
-                    let own = unpack_radiance(radiance[(RADIANCE_WORDS * place + k) as usize]);
+                    let own = load_radiance(radiance, storage, RADIANCE_WORDS * place + k);
                     light += own * (through * opacity_of(depth));
                 }
                 through *= exp(-depth);
@@ -111,7 +112,16 @@ fn sent(k: u32, depths: &[u32; 27], lit: &[u32; 27], radiance: &[u32]) -> Sent {
     all
 }
 
-/// Writes the [`RADIANCE_WORDS`] of lit voxel `index` of a level above the leaves, from its 27 children.
+/// Writes a radiance of an output.
+#[inline]
+fn store(output: &mut impl Accumulate, storage: u32, entry: u32, radiance: Vec3) {
+    let words = words_of(storage);
+    for word in 0..words {
+        output.or(words * entry + word, radiance_word(storage, radiance, word));
+    }
+}
+
+/// Writes the [`RADIANCE_WORDS`] radiances of lit voxel `index` of a level above the leaves, from its 27 children.
 ///
 /// `children` are the [`lit_places`] of the level below, `radiance` is its lit voxels'.
 #[inline]
@@ -138,20 +148,21 @@ pub fn filter_radiance(
         }
     }
     let at = RADIANCE_WORDS * index;
+    let storage = storage_of(params.flags);
     let mut all = Sent { light: Vec3::ZERO, opacity: 0.0 };
     for k in 0..RADIANCE_WORDS {
-        let one = sent(k, &own_depths, &own_lit, radiance);
+        let one = sent(k, &own_depths, &own_lit, radiance, storage);
         if params.flags & ISOTROPIC != 0 {
             all.light += one.light;
             all.opacity += one.opacity;
         } else {
-            output.or(at + k, pack_radiance(ratio(one.light, one.opacity)));
+            store(output, storage, at + k, ratio(one.light, one.opacity));
         }
     }
     if params.flags & ISOTROPIC != 0 {
-        let word = pack_radiance(ratio(all.light, all.opacity));
+        let mean = ratio(all.light, all.opacity);
         for k in 0..RADIANCE_WORDS {
-            output.or(at + k, word);
+            store(output, storage, at + k, mean);
         }
     }
 }

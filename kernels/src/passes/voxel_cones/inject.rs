@@ -5,7 +5,7 @@
 //! faces the direction. All sums are integers: the order of photons does not show.
 
 use super::build::{ISOTROPIC, PyramidParams, component, covered, leaf_areas};
-use super::storage::pack_radiance;
+use super::storage::{radiance_word, storage_of, words_of};
 use crate::geometry::bvh::{Hit, NO_TRIANGLE};
 use crate::geometry::lattice::{NO_VOXEL, voxel_at};
 use crate::math::{FRAC_1_PI, PI, dot, floor, max, min, recip, to_u32};
@@ -20,7 +20,7 @@ use glam::{UVec3, Vec3, Vec4};
 
 /// Words of a lit leaf's power: red, green, blue for each of +x, −x, +y, −y, +z, −z.
 pub const POWER_WORDS: u32 = 18;
-/// Words of a lit voxel's radiance: one for each of these directions.
+/// Radiances of a lit voxel: one for each of these directions, of one word in the usual storage.
 pub const RADIANCE_WORDS: u32 = 6;
 
 gpu_struct! {
@@ -231,12 +231,14 @@ fn power_toward(power: &[u32], place: u32, direction: u32) -> Vec3 {
     Vec3::new(power[at as usize] as f32, power[(at + 1) as usize] as f32, power[(at + 2) as usize] as f32)
 }
 
-/// Returns word `index` of the lit leaves' radiance, [`RADIANCE_WORDS`] each: power over π times the area that faces the
+/// Returns word `index` of the lit leaves' radiance, [`RADIANCE_WORDS`] entries each: power over π times the area that faces the
 /// direction, in units of `params.radiance_scale`.
 #[inline]
 pub fn lit_radiance(index: u32, params: &PyramidParams, lit: &[u32], sums: &[u32], power: &[u32]) -> u32 {
-    let place = index / RADIANCE_WORDS;
-    let k = index - RADIANCE_WORDS * place;
+    let storage = storage_of(params.flags);
+    let entry = index / words_of(storage);
+    let place = entry / RADIANCE_WORDS;
+    let k = entry - RADIANCE_WORDS * place;
     let areas = leaf_areas(sums, lit[place as usize]);
     // Not more than a face is seen, and lit, of sheets behind each other.
     let areas = Vec3::new(min(areas.x, 1.0), min(areas.y, 1.0), min(areas.z, 1.0));
@@ -251,5 +253,6 @@ pub fn lit_radiance(index: u32, params: &PyramidParams, lit: &[u32], sums: &[u32
     let face = params.lower.w * params.lower.w;
     // 2⁻¹⁶: less area than can be told from rounding radiates as if it had that much.
     let watts = max(area, 1.525_878_9e-5) * face * params.power_scale;
-    pack_radiance(sum * (FRAC_1_PI * recip(watts) * params.radiance_scale))
+    let word = index - words_of(storage) * entry;
+    radiance_word(storage, sum * (FRAC_1_PI * recip(watts) * params.radiance_scale), word)
 }

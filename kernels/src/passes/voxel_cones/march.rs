@@ -2,7 +2,7 @@
 
 use super::inject::RADIANCE_WORDS;
 use super::lobes::{LOBE_WORDS, cone_variance, mirrored};
-use super::storage::{ratio, unpack_depths, unpack_radiance};
+use super::storage::{load_radiance, ratio, unpack_depths};
 use super::trace::ConeParams;
 use crate::cone::{diameter, distance_falloff, mip_level, step_count_bound};
 use crate::geometry::lattice::{NO_VOXEL, voxel_at};
@@ -77,6 +77,8 @@ pub struct Pyramid<'a> {
     pub depth: u32,
     /// Words before the lobes in the radiance; 0 where there are none.
     pub lobes: u32,
+    /// How radiance is stored: [`SHARED_EXPONENT`](super::storage::SHARED_EXPONENT) or another.
+    pub storage: u32,
     /// Blocks of all levels.
     pub blocks: &'a [u32],
     /// Optical depths of all voxels.
@@ -96,7 +98,8 @@ impl Medium for Pyramid<'_> {
         if voxel == NO_VOXEL {
             return Sample::EMPTY;
         }
-        sent_toward(voxel, direction, self.lobes, cone, self.depths, self.places, self.radiance)
+        let (lobes, storage) = (self.lobes, self.storage);
+        sent_toward(voxel, direction, lobes, storage, cone, self.depths, self.places, self.radiance)
     }
 
     #[inline]
@@ -120,17 +123,14 @@ struct Sides {
 impl Sides {
     /// Adds the sides that face up and down an axis; `along` is the optical depth along it, with the sign of the ray.
     #[inline]
-    fn add(&mut self, up: u32, down: u32, along: f32) {
-        if (up | down) != 0 {
-            let (up, down) = (unpack_radiance(up), unpack_radiance(down));
-            let weight = abs(along);
-            let common = Vec3::new(min(up.x, down.x), min(up.y, down.y), min(up.z, down.z));
-            let one = (down - up) * along;
-            self.both += common * weight;
-            self.all += ((up + down) - common * 2.0) * weight;
-            // A ray along +x sees what faces −x.
-            self.net += one;
-        }
+    fn add(&mut self, up: Vec3, down: Vec3, along: f32) {
+        let weight = abs(along);
+        let common = Vec3::new(min(up.x, down.x), min(up.y, down.y), min(up.z, down.z));
+        let one = (down - up) * along;
+        self.both += common * weight;
+        self.all += ((up + down) - common * 2.0) * weight;
+        // A ray along +x sees what faces −x.
+        self.net += one;
     }
 
     /// Radiance times depth: sides as a whole are seen from the front where `net` is above 0.
@@ -152,6 +152,7 @@ pub(super) fn sent_toward(
     voxel: u32,
     direction: Vec3,
     lobes: u32,
+    storage: u32,
     cone: f32,
     depths: &[u32],
     places: &[u32],
@@ -165,9 +166,12 @@ pub(super) fn sent_toward(
     if place > 0 {
         let at = RADIANCE_WORDS * (place - 1);
         let mut sides = Sides { both: Vec3::ZERO, all: Vec3::ZERO, net: Vec3::ZERO };
-        sides.add(radiance[at as usize], radiance[(at + 1) as usize], along.x);
-        sides.add(radiance[(at + 2) as usize], radiance[(at + 3) as usize], along.y);
-        sides.add(radiance[(at + 4) as usize], radiance[(at + 5) as usize], along.z);
+        let (up, down) = (load_radiance(radiance, storage, at), load_radiance(radiance, storage, at + 1));
+        sides.add(up, down, along.x);
+        let (up, down) = (load_radiance(radiance, storage, at + 2), load_radiance(radiance, storage, at + 3));
+        sides.add(up, down, along.y);
+        let (up, down) = (load_radiance(radiance, storage, at + 4), load_radiance(radiance, storage, at + 5));
+        sides.add(up, down, along.z);
         carried = sides.sum();
         if lobes > 0 {
             carried += mirrored(radiance, lobes + LOBE_WORDS * (place - 1), direction, cone) * density;

@@ -3,7 +3,7 @@
 use super::build::{component, leaf_albedo, leaf_areas};
 use super::inject::RADIANCE_WORDS;
 use super::march::{Medium, Pyramid, Ray, march};
-use super::storage::{pack_radiance, unpack_radiance};
+use super::storage::{load_radiance, radiance_word, storage_of, words_of};
 use crate::cone::ConeSum;
 use crate::geometry::bvh::NO_TRIANGLE;
 use crate::geometry::lattice::unpack_point;
@@ -60,7 +60,7 @@ gpu_struct! {
         pub reach: f32,
         /// W/(m² sr) per unit of stored radiance.
         pub radiance_unit: f32,
-        /// [`CONES_SEE_ENVIRONMENT`], [`CONES_ISOTROPIC`].
+        /// [`CONES_SEE_ENVIRONMENT`], [`CONES_ISOTROPIC`]; from bit 8 on the radiance's [storage](storage_of).
         pub flags: u32,
         /// Number of the first leaf.
         pub first: u32,
@@ -111,7 +111,8 @@ fn pyramid<'a>(
     places: &'a [u32],
     radiance: &'a [u32],
 ) -> Pyramid<'a> {
-    Pyramid { depth: params.depth, lobes: params.lobes, blocks, depths, places, radiance }
+    let storage = storage_of(params.flags);
+    Pyramid { depth: params.depth, lobes: params.lobes, storage, blocks, depths, places, radiance }
 }
 
 /// Returns the cosine-weighted openness of pixel `index` in [0, 1] by cones: 1 where nothing occludes, and for no surface.
@@ -283,8 +284,10 @@ pub fn bounce_radiance(
     radiance: &[u32],
     texels: &[u32],
 ) -> u32 {
-    let leaf = index / RADIANCE_WORDS;
-    let k = index - RADIANCE_WORDS * leaf;
+    let storage = storage_of(params.flags);
+    let entry = index / words_of(storage);
+    let leaf = entry / RADIANCE_WORDS;
+    let k = entry - RADIANCE_WORDS * leaf;
     let axis = k / 2;
     let area = component(leaf_areas(sums, leaf), axis);
     if !(area > 0.0) {
@@ -310,31 +313,34 @@ pub fn bounce_radiance(
         }
         sum = sum.with(light.extend(met.through), weight);
     }
-    pack_radiance(leaf_albedo(sums, leaf) * sum.mean(Vec4::ZERO).truncate())
+    let word = index - words_of(storage) * entry;
+    radiance_word(storage, leaf_albedo(sums, leaf) * sum.mean(Vec4::ZERO).truncate(), word)
 }
 
 /// Returns word `index` of the leaves' radiance: what lit ones send of direct light plus a bounce; without directions the
 /// bounce's mean over the sides that send any.
 #[inline]
 pub fn add_bounce(index: u32, params: &ConeParams, places: &[u32], radiance: &[u32], bounced: &[u32]) -> u32 {
-    let leaf = index / RADIANCE_WORDS;
-    let k = index - RADIANCE_WORDS * leaf;
+    let storage = storage_of(params.flags);
+    let entry = index / words_of(storage);
+    let leaf = entry / RADIANCE_WORDS;
+    let k = entry - RADIANCE_WORDS * leaf;
     let place = places[(params.first + leaf) as usize];
     let own = if place > 0 {
-        unpack_radiance(radiance[(RADIANCE_WORDS * (place - 1) + k) as usize])
+        load_radiance(radiance, storage, RADIANCE_WORDS * (place - 1) + k)
     } else {
         Vec3::ZERO
     };
-    let mut more = unpack_radiance(bounced[index as usize]);
+    let mut more = load_radiance(bounced, storage, entry);
     if params.flags & CONES_ISOTROPIC != 0 {
         let mut sides = 0.0;
         more = Vec3::ZERO;
         for side in 0..RADIANCE_WORDS {
-            let word = bounced[(RADIANCE_WORDS * leaf + side) as usize];
-            sides += if word > 0 { 1.0 } else { 0.0 };
-            more += unpack_radiance(word);
+            let one = load_radiance(bounced, storage, RADIANCE_WORDS * leaf + side);
+            sides += if max(max(one.x, one.y), one.z) > 0.0 { 1.0 } else { 0.0 };
+            more += one;
         }
         more *= div(1.0, max(sides, 1.0));
     }
-    pack_radiance(own + more)
+    radiance_word(storage, own + more, index - words_of(storage) * entry)
 }

@@ -30,8 +30,8 @@ gpu_struct! {
         pub lobes: u32,
         /// W/(m² sr) per unit of stored radiance.
         pub radiance_unit: f32,
-        /// Padding.
-        pub pad0: u32,
+        /// How radiance is stored: [`SHARED_EXPONENT`](super::storage::SHARED_EXPONENT) or another.
+        pub storage: u32,
         /// Padding.
         pub pad1: u32,
     }
@@ -61,7 +61,7 @@ pub fn draw_voxels(
     while walk.inside && !found {
         let voxel = voxel_at(blocks, v.depth, v.level, walk.voxel);
         if voxel != NO_VOXEL {
-            let sent = sent_toward(voxel, direction, v.lobes, 0.0, depths, places, radiance);
+            let sent = sent_toward(voxel, direction, v.lobes, v.storage, 0.0, depths, places, radiance);
             found = sent.density > 0.0;
             if found && v.what == VIEW_LOBES {
                 let place = places[voxel as usize];

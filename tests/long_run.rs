@@ -1,0 +1,116 @@
+//! After a thousand frames with changes, is memory flat and the picture that of a scene rendered from nothing?
+//!
+//! A binary with one test: others beside it would take memory too.
+
+#[path = "support/mod.rs"]
+mod support;
+
+use glam::{EulerRot, Mat3, Vec3};
+use support::same_bits;
+use twinlight::backend::Cpu;
+use twinlight::plan::{Request, Technique};
+use twinlight::renderer::Renderer;
+use twinlight::scene::{Camera, Scene};
+use twinlight::technique::layered_rsm::LayeredRsm;
+use twinlight::technique::visibility_filter::VisibilityFilter;
+use twinlight::technique::voxel_cones::VoxelCones;
+use twinlight::technique::{Job, View};
+
+/// Frames in all, over the techniques.
+const FRAMES: u32 = 1000;
+
+/// The scene at a frame: the lamp circles, now and then a block turns or a wall is painted.
+fn state(start: &Scene, frame: u32) -> Scene {
+    let mut s = start.clone();
+    let (sin, cos) = (frame as f32 * 0.1).sin_cos();
+    s.lights[0].position += (Vec3::new(cos, 0.0, sin) * 0.15).extend(0.0);
+    let count = s.triangles.len();
+    let turn = Mat3::from_euler(EulerRot::YXZ, (frame / 10) as f32 * 0.2, 0.0, 0.0);
+    for t in &mut s.triangles[count - 12..] {
+        for p in [&mut t.p0, &mut t.p1, &mut t.p2] {
+            *p = (turn * p.truncate()).extend(p.w);
+        }
+        for n in [&mut t.n0, &mut t.n1, &mut t.n2] {
+            *n = (turn * n.truncate()).extend(n.w);
+        }
+    }
+    let painted = (frame / 50) as usize % s.materials.len();
+    s.materials[painted].base *= Vec3::splat(0.5).extend(1.0);
+    s
+}
+
+/// MiB of this process in memory; nothing where the system does not tell.
+fn resident() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/statm").ok()?;
+    let pages: f64 = text.split_whitespace().nth(1)?.parse().ok()?;
+    Some(pages * 4096.0 / f64::from(1 << 20))
+}
+
+fn techniques() -> [Technique; 4] {
+    [
+        Technique::VisibilityFilter(VisibilityFilter {
+            proxies: 1000,
+            grid: [6; 3],
+            rays: 9,
+            light_map: 32,
+            ..Default::default()
+        }),
+        Technique::VoxelCones(VoxelCones { resolution: 32, light_map: 64, bounces: 2, ..Default::default() }),
+        Technique::LayeredRsm(LayeredRsm { resolution: 32, map: 64, ..Default::default() }),
+        Technique::Direct,
+    ]
+}
+
+/// Renders frame after frame; returns by how many MiB the last quarter is above the second, and checks the last picture.
+fn run(technique: &Technique, frames: u32, mut after: impl FnMut()) -> f64 {
+    let start = Scene::open("cornell-glossy").unwrap();
+    let request = |frame: u32| {
+        let c = start.view();
+        let aside = Vec3::new(0.1 * (frame as f32 * 0.05).sin(), 0.0, 0.0);
+        let view = View::new(&Camera { eye: c.eye + aside, ..c }, 24, 24).unwrap();
+        Request::new(technique.clone(), view, Job { rays: 4, ..Job::default() })
+    };
+    let mut renderer = Renderer::new(Cpu::new(Some(2)).unwrap(), start.clone()).unwrap();
+    let mut memory = Vec::new();
+    let mut last = None;
+    for frame in 0..frames {
+        renderer.update(state(&start, frame)).unwrap();
+        // Every third frame asks again for what was there.
+        let plan = renderer.plan(&request(frame - frame % 3)).unwrap();
+        last = Some((plan.clone(), renderer.render(&plan).unwrap().rendered.picture));
+        memory.push(resident().unwrap_or(0.0));
+        after();
+    }
+    let (plan, picture) = last.unwrap();
+    let mut anew = Renderer::new(Cpu::new(Some(2)).unwrap(), state(&start, frames - 1)).unwrap();
+    let right = anew.render(&plan).unwrap().rendered.picture;
+    assert!(same_bits(&picture, &right), "{}: frames drift", technique.name());
+    let most = |part: &[f64]| part.iter().copied().fold(0.0, f64::max);
+    let quarter = memory.len() / 4;
+    most(&memory[3 * quarter..]) - most(&memory[quarter..2 * quarter])
+}
+
+#[test]
+fn a_thousand_frames_leave_nothing_behind() {
+    if resident().is_none() {
+        eprintln!(
+            "skipped: this system does not tell how much memory a process takes; only the pictures are checked"
+        );
+    }
+    let share = FRAMES / techniques().len() as u32;
+    for technique in techniques() {
+        let more = run(&technique, share, || ());
+        println!(
+            "{}: {share} frames, {more:.2} MiB more in the last quarter than in the second",
+            technique.name()
+        );
+        assert!(more < 4.0, "{}: memory grows by {more} MiB", technique.name());
+    }
+    // A planted fault: a frame that leaves 128 KiB behind.
+    if resident().is_some() {
+        let more =
+            run(&Technique::Direct, share, || std::mem::forget(std::hint::black_box(vec![1u8; 128 << 10])));
+        println!("with a leak: {more:.2} MiB more");
+        assert!(more > 4.0, "a leak is not seen: {more}");
+    }
+}
