@@ -52,21 +52,21 @@ impl Camera {
         let scale = centre.abs().max_element().max(1.0e-3);
         let distance = if distance > 1.0e-6 * scale { distance } else { scale };
         let eye = centre + DVec3::new(0.0, sin, cos) * distance;
-        let eye = eye.clamp(DVec3::splat(-f64::from(MAX_VALUE)), DVec3::splat(f64::from(MAX_VALUE)));
         Self { eye: eye.as_vec3(), target: centre.as_vec3(), up: Vec3::Y, fov: fov as f32 }
     }
 
     /// Returns the camera's axes.
     ///
     /// # Errors
-    /// Values that are not finite or beyond [`MAX_VALUE`], eye and target at the same point, up parallel to the view (within 1e-6) or 0,
+    /// Values that are not finite or beyond 8 × [`MAX_VALUE`], eye and target at the same point, up parallel to the view (within 1e-6) or 0,
     /// an angle of view outside (0, 180).
     pub fn frame(&self) -> Result<CameraFrame, SceneError> {
         let error = |reason: &str| Err(SceneError::Camera { reason: reason.into() });
-        let in_range = |v: Vec3| v.is_finite() && v.abs().max_element() <= MAX_VALUE;
+        // From where the largest scene is seen whole.
+        let in_range = |v: Vec3| v.to_array().iter().all(|x| x.abs() <= 8.0 * MAX_VALUE);
         if !(in_range(self.eye) && in_range(self.target) && in_range(self.up)) {
             return error(
-                "a coordinate of eye, target or up is not finite or beyond 1e18; give three numbers each",
+                "a coordinate of eye, target or up is not finite or beyond 8e18; give three finite numbers each",
             );
         }
         if !(self.fov > 0.0 && self.fov < 180.0) {
