@@ -58,7 +58,7 @@ impl Camera {
     /// Returns the camera's axes.
     ///
     /// # Errors
-    /// Values that are not finite or beyond 8 × [`MAX_VALUE`], eye and target at the same point, up parallel to the view (within 1e-6) or 0,
+    /// Values that are not finite or beyond 8e18, eye and target at the same point, up parallel to the view (within 1e-6) or 0,
     /// an angle of view outside (0, 180).
     pub fn frame(&self) -> Result<CameraFrame, SceneError> {
         let error = |reason: &str| Err(SceneError::Camera { reason: reason.into() });

@@ -99,7 +99,7 @@ impl EnvironmentMap {
     /// Decodes an equirectangular picture; negative radiances become 0.
     ///
     /// # Errors
-    /// The reason, when it can't be decoded, a side is beyond [`MAX_SIDE`], or a value is not finite or beyond [`MAX_VALUE`].
+    /// The reason, when it can't be decoded, a side is beyond 32768 pixels, or a value is not finite or beyond 1e18.
     pub fn decode(bytes: &[u8], format: image::ImageFormat) -> Result<Self, String> {
         let mut reader = image::ImageReader::with_format(std::io::Cursor::new(bytes), format);
         let mut limits = image::Limits::default();
