@@ -91,7 +91,7 @@ fn document() -> Value {
 }
 
 /// A binary glTF file of a document's text and its buffer.
-fn binary(text: &str, buffer: &[u8]) -> Vec<u8> {
+pub fn binary(text: &str, buffer: &[u8]) -> Vec<u8> {
     let padded = |bytes: &[u8], with: u8| {
         let mut bytes = bytes.to_vec();
         bytes.resize(bytes.len().next_multiple_of(4), with);

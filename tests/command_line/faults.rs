@@ -72,6 +72,22 @@ fn without_memory_there_is_one_line() {
 }
 
 #[test]
+fn without_device_memory_there_is_one_line() {
+    // Only of a software device the memory is that of the process.
+    let adapters = twinlight_gpu::adapters();
+    let soft =
+        |a: &twinlight_gpu::wgpu::Adapter| a.get_info().device_type == twinlight_gpu::wgpu::DeviceType::Cpu;
+    if adapters.is_empty() || !adapters.iter().all(soft) {
+        eprintln!("skipped: device memory cannot be limited here");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let size = ["render", "cornell-box", "--technique", "direct", "--size", "4096x4096", "--threads", "2"];
+    let arguments = [&size[..], &["--backend", "gpu", "--quiet"]].concat();
+    fails(folder.path(), "ulimit -v 1500000", &arguments, &["device memory", "smaller"]);
+}
+
+#[test]
 fn a_killed_command_leaves_whole_files() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");

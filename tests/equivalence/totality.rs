@@ -4,7 +4,8 @@
 //! backends; with any bit pattern nothing may panic, hang or write elsewhere, and the strict GPU must still give the CPU's bits. Counts,
 //! indices and trees stay as they are: they are the caller's word.
 
-use crate::body::{Case, outputs};
+use crate::body::{Case, Launch, outputs};
+use crate::cases;
 use crate::common::draw::Draw;
 use crate::common::gpu::shared;
 use bytemuck::cast_slice_mut;
@@ -13,9 +14,9 @@ use twinlight::report::agreement::compare_elements;
 use twinlight::scene::MAX_VALUE;
 use twinlight_gpu::Variant;
 use twinlight_kernels::layout::WordKind;
-use twinlight_kernels::passes::PassInfo;
+use twinlight_kernels::passes::{self, PassInfo, info};
 
-/// Passes whose offsets another pass counted from the same floats: changed floats would be another scene's offsets.
+/// Passes whose offsets another pass counted from the same floats: they are counted anew in tests of their own below.
 const COUNTED: [&str; 2] = ["overlap_pairs", "tile_lists"];
 
 /// The largest magnitude of a pass's inputs that must give finite outputs; `None` where outputs are those of IEEE 754: too large a result is
@@ -138,6 +139,50 @@ pub fn check<C: Case>(pass: &'static PassInfo, cases: impl Fn(&mut Draw) -> Vec<
         check_survival(pass, &case);
     }
     println!("{}: {spoiled} floats replaced", pass.name);
+    // Nothing was tried only where there is nothing to replace.
+    let none = pass
+        .inputs
+        .iter()
+        .all(|i| i.element == "BvhNode" || i.fields.iter().all(|f| f.kind != WordKind::Float));
+    assert_eq!(spoiled == 0, none, "{}", pass.name);
+}
+
+#[test]
+fn pairs_of_any_discs() {
+    let mut draw = Draw::new("pairs of any discs");
+    for floats in [Floats::Finite(MAX_VALUE), Floats::Any] {
+        for mut case in cases::overlap_pairs(&mut draw) {
+            assert!(case.spoil(floats, &mut draw) > 0);
+            let (params, proxies) = (case.params, &case.proxies);
+            let counts: Vec<u32> =
+                (0..params.proxies).map(|i| passes::overlap_counts(i, &params, proxies)).collect();
+            case.starts = cases::scanned(&counts);
+            case.params.pairs = counts.iter().sum();
+            let words = 2 * case.params.pairs;
+            case.launch = Launch::new("all pairs", words as usize, words);
+            // Some discs reach everywhere, some nowhere.
+            assert!(counts.contains(&0) && counts.iter().any(|&n| n > 8));
+            check_survival(&info::overlap_pairs, &case);
+        }
+    }
+}
+
+#[test]
+fn lists_of_any_spheres() {
+    let mut draw = Draw::new("lists of any spheres");
+    for floats in [Floats::Finite(MAX_VALUE), Floats::Any] {
+        for mut case in cases::tile_lists(&mut draw) {
+            assert!(case.spoil(floats, &mut draw) > 0);
+            let tiles = case.launch.items;
+            let count = |i| passes::tile_counts(i, &case.params, &case.bounds, &case.proxies);
+            let counts: Vec<u32> = (0..tiles).map(count).collect();
+            case.starts = cases::scanned(&counts);
+            let all: u32 = counts.iter().sum();
+            assert!(all > 0);
+            case.launch = Launch::new("all tiles", all as usize, tiles);
+            check_survival(&info::tile_lists, &case);
+        }
+    }
 }
 
 /// All outputs of all backends are finite.

@@ -1,5 +1,8 @@
 //! How does a test make a glTF file that is right but for one thing?
 
+#[path = "../../fuzz/malformed.rs"]
+pub mod generator;
+
 use base64::Engine;
 use serde_json::{Value, json};
 use twinlight::error::SceneError;
@@ -113,14 +116,5 @@ pub fn open_bytes(bytes: &[u8], name: &str) -> Result<Scene, SceneError> {
 pub fn binary() -> Vec<u8> {
     let File { mut json, bytes } = File::new();
     json["buffers"] = json!([{"byteLength": bytes.len()}]);
-    let mut text = json.to_string().into_bytes();
-    text.resize(text.len().next_multiple_of(4), b' ');
-    let mut file = b"glTF\x02\0\0\0".to_vec();
-    file.extend((28 + text.len() as u32 + bytes.len() as u32).to_le_bytes());
-    for (kind, chunk) in [(b"JSON", text), (b"BIN\0", bytes)] {
-        file.extend((chunk.len() as u32).to_le_bytes());
-        file.extend(kind);
-        file.extend(chunk);
-    }
-    file
+    generator::binary(&json.to_string(), &bytes)
 }

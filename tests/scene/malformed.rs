@@ -2,9 +2,8 @@
 
 #[path = "../../fuzz/bodies.rs"]
 mod bodies;
-#[path = "../../fuzz/malformed.rs"]
-mod generator;
 
+use crate::file::generator;
 use std::panic::catch_unwind;
 use std::path::{Path, PathBuf};
 use twinlight::scene::Scene;

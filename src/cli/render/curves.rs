@@ -32,6 +32,9 @@ const PATHS: f64 = 1.5e6;
 /// Steps whose small picture takes longer, in seconds, are no choice.
 const TOO_LONG: f64 = 1.5;
 
+/// A larger picture's error is expected to be at least this share of a smaller one's.
+const LEAST_SHARE: f64 = 0.8;
+
 /// A step with what it costs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Measured {
@@ -68,8 +71,8 @@ impl Measured {
         let [large, small, own] =
             [self.sides[0], self.sides[1], f64::from(view.width.max(view.height))].map(|side| side.powi(-2));
         let slope = if small > large { ((coarse - fine) / (small - large)).max(0.0) } else { 0.0 };
-        // Two sizes do not tell that nothing stays.
-        let squared = (fine + slope * (own - large)).max(fine / 16.0);
+        // Two sizes do not tell that much less stays.
+        let squared = (fine + slope * (own - large)).max(LEAST_SHARE * LEAST_SHARE * fine);
         Expected { seconds: self.fixed + self.per_pixel * f64::from(view.pixels()), error: squared.sqrt() }
     }
 }

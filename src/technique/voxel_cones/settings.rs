@@ -21,7 +21,7 @@ pub enum RadianceStorage {
     /// Nine bits for each colour and a common exponent, one word: 0.2 % of the largest colour.
     #[default]
     Shared,
-    /// Eight bits for each colour in equal steps up to 16 typical radiances, one word.
+    /// Eight bits for each colour in equal steps up to 64 typical radiances, one word.
     Unorm8,
     /// Ten bits, likewise.
     Fixed,

@@ -57,7 +57,7 @@ pub fn add_block_offsets(draw: &mut Draw) -> Vec<case::add_block_offsets> {
 }
 
 /// The exclusive scan on the host.
-pub(super) fn scanned(values: &[u32]) -> Vec<u32> {
+pub(crate) fn scanned(values: &[u32]) -> Vec<u32> {
     let mut sum = 0u32;
     let before = |&v: &u32| {
         let before = sum;

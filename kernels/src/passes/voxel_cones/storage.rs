@@ -80,7 +80,7 @@ pub const HALF: u32 = 3;
 /// IEEE binary32, three words.
 pub const FLOAT: u32 = 4;
 /// The largest radiance in a fixed number of equal steps, in stored units, of which a typical one is 1.
-pub const FIXED_RANGE: f32 = 16.0;
+pub const FIXED_RANGE: f32 = 64.0;
 /// The storage's place in the flags of parameters.
 pub const STORAGE_SHIFT: u32 = 8;
 
@@ -127,7 +127,8 @@ fn from_half(half: u32) -> f32 {
 /// Equal steps from 0 to [`FIXED_RANGE`].
 #[inline]
 fn in_steps(radiance: Vec3, most: f32, bits: u32) -> u32 {
-    let scale = most * 0.0625;
+    // 1/64
+    let scale = most * 0.015_625;
     let part = |x: f32| to_u32(min(floor(x * scale + 0.5), most));
     part(radiance.x) | (part(radiance.y) << bits) | (part(radiance.z) << (2 * bits))
 }
@@ -164,13 +165,13 @@ pub fn load_radiance(radiance: &[u32], storage: u32, entry: u32) -> Vec3 {
     if storage == SHARED_EXPONENT {
         unpack_radiance(first)
     } else if storage == UNORM8 {
-        // 16/255
+        // 64/255
         Vec3::new((first & 255) as f32, ((first >> 8) & 255) as f32, ((first >> 16) & 255) as f32)
-            * 6.274_51e-2
+            * 0.250_980_4
     } else if storage == FIXED {
-        // 16/1023
+        // 64/1023
         Vec3::new((first & 1023) as f32, ((first >> 10) & 1023) as f32, ((first >> 20) & 1023) as f32)
-            * 1.564_027_4e-2
+            * 6.256_109_5e-2
     } else if storage == HALF {
         let second = radiance[(at + 1) as usize];
         Vec3::new(from_half(first & 0xFFFF), from_half(first >> 16), from_half(second & 0xFFFF))
