@@ -6,9 +6,11 @@ mod manifest;
 mod report;
 mod shaders;
 mod spirv;
+mod spread;
 mod steps;
 
 use clap::{Parser, Subcommand};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 #[derive(Parser)]
@@ -55,6 +57,8 @@ enum Command {
         #[arg(long)]
         table: bool,
     },
+    /// Compare two runs of the report: folders such as docs/tradeoff/cpu
+    Spread { one: PathBuf, other: PathBuf },
     /// Choose settings by time and by error from cameras that no curve was measured from, and write what came of it
     Choices,
     /// Run the fuzz targets from their corpora; needs a nightly toolchain and cargo-fuzz
@@ -81,6 +85,7 @@ fn main() -> ExitCode {
         Command::Report { gpu, no_kernels, resume, limit, .. } => {
             report::report(gpu, !no_kernels, resume, limit.as_deref())
         }
+        Command::Spread { one, other } => spread::run(&one, &other),
         Command::Choices => choices::run(),
         Command::Fuzz { check: true, .. } => steps::check_fuzz_targets(),
         Command::Fuzz { seconds, .. } => steps::fuzz(seconds),

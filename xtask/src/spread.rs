@@ -1,0 +1,88 @@
+//! How far apart are two runs of the report?
+
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// The scenes and points of a folder such as `docs/tradeoff/cpu`, by scene and by technique with settings.
+type Points = BTreeMap<String, BTreeMap<String, Value>>;
+
+/// Prints for each scene how many points both runs measured, how many errors differ, and the ratios of times.
+pub fn run(one: &Path, other: &Path) -> Result<(), String> {
+    print!("{}", table(&points(one)?, &points(other)?)?);
+    Ok(())
+}
+
+fn points(folder: &Path) -> Result<Points, String> {
+    let problem = |path: &Path, e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
+        .map_err(|e| problem(folder, &e))?
+        .flatten()
+        .map(|entry| entry.path().join("tradeoff.json"))
+        .filter(|path| path.is_file())
+        .collect();
+    files.sort();
+    let mut all = Points::new();
+    for path in files {
+        let bytes = std::fs::read(&path).map_err(|e| problem(&path, &e))?;
+        let record: Value = serde_json::from_slice(&bytes).map_err(|e| problem(&path, &e))?;
+        for scene in record["scenes"].as_array().into_iter().flatten() {
+            let own = all.entry(scene["name"].as_str().unwrap_or_default().to_owned()).or_default();
+            for point in scene["points"].as_array().into_iter().flatten() {
+                own.insert(format!("{} {}", point["technique"], point["settings"]), point.clone());
+            }
+        }
+    }
+    Ok(all)
+}
+
+/// What must not change from run to run: everything but times, and the place in the list.
+fn errors(point: &Value) -> [&Value; 3] {
+    ["indirect", "all", "flip"].map(|key| &point[key])
+}
+
+fn table(one: &Points, other: &Points) -> Result<String, String> {
+    let mut text = "| scene | points in both | errors that differ | time, other over one: median | 5 % | 95 % | least | most |\n\
+                    |---|---|---|---|---|---|---|---|\n"
+        .to_owned();
+    let mut any = false;
+    for (scene, points) in one {
+        let Some(others) = other.get(scene) else { continue };
+        let pairs: Vec<_> = points.iter().filter_map(|(key, p)| Some((p, others.get(key)?))).collect();
+        let differ = pairs.iter().filter(|(p, q)| errors(p) != errors(q)).count();
+        let seconds = |p: &Value| p["seconds"]["median"].as_f64();
+        let mut ratios: Vec<f64> =
+            pairs.iter().filter_map(|(p, q)| Some(seconds(q)? / seconds(p)?)).collect();
+        ratios.sort_by(f64::total_cmp);
+        let Some(last) = ratios.len().checked_sub(1) else { continue };
+        any = true;
+        let at = |share: f64| ratios[(share * last as f64).round() as usize];
+        text += &format!("| {scene} | {} | {differ} |", pairs.len());
+        for share in [0.5, 0.05, 0.95, 0.0, 1.0] {
+            text += &format!(" {:.2} |", at(share));
+        }
+        text += "\n";
+    }
+    if any { Ok(text) } else { Err("the two runs have no point in common".into()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn what_differs_is_counted() {
+        let point = |error: f64, seconds: f64| json!({"indirect": {"relative_rmse": error}, "seconds": {"median": seconds}});
+        let run = |points: &[(&str, Value)]| {
+            let own = points.iter().map(|(key, p)| ((*key).to_owned(), p.clone())).collect();
+            Points::from([("box".to_owned(), own)])
+        };
+        let one = run(&[("a", point(0.1, 1.0)), ("b", point(0.2, 2.0)), ("c", point(0.3, 1.0))]);
+        let same = run(&[("a", point(0.1, 2.0)), ("b", point(0.2, 2.0)), ("d", point(0.3, 1.0))]);
+        assert!(table(&one, &same).unwrap().contains("| box | 2 | 0 | 2.00 | 1.00 | 2.00 | 1.00 | 2.00 |"));
+        let other = run(&[("a", point(0.1, 1.0)), ("b", point(0.25, 2.0))]);
+        assert!(table(&one, &other).unwrap().contains("| box | 2 | 1 | 1.00 |"));
+        assert!(table(&one, &run(&[("d", point(0.1, 1.0))])).is_err());
+    }
+}
