@@ -32,8 +32,8 @@ const PATHS: f64 = 1.5e6;
 /// Steps whose small picture takes longer, in seconds, are no choice.
 const TOO_LONG: f64 = 1.5;
 
-/// A larger picture's error is expected to be at least this share of a smaller one's.
-const LEAST_SHARE: f64 = 0.8;
+/// At least this share of a smaller picture's squared error is expected of a larger one: two sizes do not tell that less stays.
+const LEAST_SHARE: f64 = 0.5;
 
 /// A step with what it costs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -71,8 +71,7 @@ impl Measured {
         let [large, small, own] =
             [self.sides[0], self.sides[1], f64::from(view.width.max(view.height))].map(|side| side.powi(-2));
         let slope = if small > large { ((coarse - fine) / (small - large)).max(0.0) } else { 0.0 };
-        // Two sizes do not tell that much less stays.
-        let squared = (fine + slope * (own - large)).max(LEAST_SHARE * LEAST_SHARE * fine);
+        let squared = (fine + slope * (own - large)).max(LEAST_SHARE * fine);
         Expected { seconds: self.fixed + self.per_pixel * f64::from(view.pixels()), error: squared.sqrt() }
     }
 }
