@@ -2,7 +2,7 @@
 
 use super::inject::RADIANCE_WORDS;
 use super::lobes::{LOBE_WORDS, cone_variance, mirrored};
-use super::storage::{SHARED_EXPONENT, load_radiance, ratio, unpack_depths};
+use super::storage::{load_radiance, ratio, unpack_depths};
 use super::trace::ConeParams;
 use crate::cone::{diameter, distance_falloff, mip_level, step_count_bound};
 use crate::geometry::lattice::{NO_VOXEL, voxel_at};
@@ -121,16 +121,6 @@ struct Sides {
 }
 
 impl Sides {
-    /// Adds radiances `at` and `at` + 1.
-    #[inline]
-    fn load(&mut self, radiance: &[u32], storage: u32, at: u32, along: f32) {
-        // Most lit voxels are dark along two axes.
-        if storage == SHARED_EXPONENT && (radiance[at as usize] | radiance[(at + 1) as usize]) == 0 {
-            return;
-        }
-        self.add(load_radiance(radiance, storage, at), load_radiance(radiance, storage, at + 1), along);
-    }
-
     /// Adds the sides that face up and down an axis; `along` is the optical depth along it, with the sign of the ray.
     #[inline]
     fn add(&mut self, up: Vec3, down: Vec3, along: f32) {
@@ -176,9 +166,12 @@ pub(super) fn sent_toward(
     if place > 0 {
         let at = RADIANCE_WORDS * (place - 1);
         let mut sides = Sides { both: Vec3::ZERO, all: Vec3::ZERO, net: Vec3::ZERO };
-        sides.load(radiance, storage, at, along.x);
-        sides.load(radiance, storage, at + 2, along.y);
-        sides.load(radiance, storage, at + 4, along.z);
+        let (up, down) = (load_radiance(radiance, storage, at), load_radiance(radiance, storage, at + 1));
+        sides.add(up, down, along.x);
+        let (up, down) = (load_radiance(radiance, storage, at + 2), load_radiance(radiance, storage, at + 3));
+        sides.add(up, down, along.y);
+        let (up, down) = (load_radiance(radiance, storage, at + 4), load_radiance(radiance, storage, at + 5));
+        sides.add(up, down, along.z);
         carried = sides.sum();
         if lobes > 0 {
             carried += mirrored(radiance, lobes + LOBE_WORDS * (place - 1), direction, cone) * density;
