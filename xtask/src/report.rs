@@ -151,7 +151,7 @@ fn stage_rows(scene: &Value) -> String {
 }
 
 /// The scenes of a folder with the records that they are in.
-fn scenes(folder: &Path) -> Result<Vec<(Value, Value)>, String> {
+pub fn scenes(folder: &Path) -> Result<Vec<(Value, Value)>, String> {
     let mut all = Vec::new();
     for s in &SUBJECTS {
         let path = folder.join(s.folder).join("tradeoff.json");

@@ -1,8 +1,9 @@
 //! How far apart are two runs of the report?
 
+use crate::report::scenes;
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The scenes and points of a folder such as `docs/tradeoff/cpu`, by scene and by technique with settings.
 type Points = BTreeMap<String, BTreeMap<String, Value>>;
@@ -14,23 +15,11 @@ pub fn run(one: &Path, other: &Path) -> Result<(), String> {
 }
 
 fn points(folder: &Path) -> Result<Points, String> {
-    let problem = |path: &Path, e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
-        .map_err(|e| problem(folder, &e))?
-        .flatten()
-        .map(|entry| entry.path().join("tradeoff.json"))
-        .filter(|path| path.is_file())
-        .collect();
-    files.sort();
     let mut all = Points::new();
-    for path in files {
-        let bytes = std::fs::read(&path).map_err(|e| problem(&path, &e))?;
-        let record: Value = serde_json::from_slice(&bytes).map_err(|e| problem(&path, &e))?;
-        for scene in record["scenes"].as_array().into_iter().flatten() {
-            let own = all.entry(scene["name"].as_str().unwrap_or_default().to_owned()).or_default();
-            for point in scene["points"].as_array().into_iter().flatten() {
-                own.insert(format!("{} {}", point["technique"], point["settings"]), point.clone());
-            }
+    for (_, scene) in scenes(folder)? {
+        let own = all.entry(scene["name"].as_str().unwrap_or_default().to_owned()).or_default();
+        for point in scene["points"].as_array().into_iter().flatten() {
+            own.insert(format!("{} {}", point["technique"], point["settings"]), point.clone());
         }
     }
     Ok(all)
