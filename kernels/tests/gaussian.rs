@@ -132,11 +132,13 @@ fn specular_weights_meet_the_vectors() {
             continue;
         }
         worst = worst.max(relative(got, want));
-        let mirrored = (-0.5 * ((1.0 - cosine.abs().powf(n.into())) / f64::from(sigma)).powi(2)).exp();
-        let wrong =
-            relative((mirrored / (f64::from(sigma) * (2.0 * std::f64::consts::PI).sqrt())) as f32, want);
-        assert!(cosine > -0.5 || n > 5.0 || wrong > 1e-3, "planted fault: cos not clamped");
     }
+    // Behind the surface, n = 2: a cosine that is not clamped mirrors the lobe.
+    let weight = |cosine: f64| {
+        (-0.5 * ((1.0 - cosine * cosine) / 0.5).powi(2)).exp() / (0.5 * (2.0 * std::f64::consts::PI).sqrt())
+    };
+    assert!(relative(specular_weight(1.9, 2.0, 0.5), weight(0.0)) <= 1e-5);
+    assert!(relative(weight(-0.9) as f32, weight(0.0)) > 1.0, "planted fault: cos not clamped");
     println!("specular_weight: {worst:.2e} relative, {tiny} below 1e-36");
     assert!(worst <= 1e-5);
     assert!(tiny < 8);

@@ -132,17 +132,21 @@ fn voxels() {
         let usual = enter <= a.x.max(b.x);
         (usual && !enter.is_nan(), VoxelWalk::new(origin, direction, UVec3::splat(8), 1e30).inside, true)
     });
-    decide("fits_u32", "numbers of grids beyond 1625³ in 32 bits: unique", |d| {
-        let dims = UVec3::splat(1626 + d.bits() % 400);
-        let last = u64::from(dims.x) * u64::from(dims.y) * u64::from(dims.z) - 1;
-        (true, voxel_hash::fits_u32(dims), last <= u64::from(u32::MAX))
+    decide("fits_u32", "grids of 1300³ … 1999³: whether 32 bits number their voxels", |d| {
+        let dims = UVec3::splat(1300 + d.bits() % 700);
+        let count = u64::from(dims.x) * u64::from(dims.y) * u64::from(dims.z);
+        // A product in 32 bits wraps, and fits always.
+        let wrapped = dims.x.wrapping_mul(dims.y).wrapping_mul(dims.z);
+        (u64::from(wrapped) <= u64::from(u32::MAX), voxel_hash::fits_u32(dims), count <= u64::from(u32::MAX))
     });
-    row("voxel_of", "points below the grid: −1 … 0 voxels", 0.0, |d| {
-        let x = d.uniform(-0.99, -0.01);
-        // A cast truncates towards 0: the voxel of −0.5 is that of 0.5, and that of the point outside.
-        let usual = if x as i32 == 0 { 1.0 } else { 0.0 };
-        let own = voxel_hash::voxel_of(Vec3::new(x - 1.0, 0.5, 0.5), Vec3::ZERO, Vec3::ONE, UVec3::splat(4));
-        (usual, own.x as f32, 0.0)
+    decide("voxel_of", "points on the far side, beyond, or below: the nearest voxel", |d| {
+        let (x, right) = match d.bits() % 3 {
+            0 => (4.0, 3),
+            1 => (d.log_uniform(4.0, 1e30), 3),
+            _ => (-d.log_uniform(1e-3, 1e30), 0),
+        };
+        let own = voxel_hash::voxel_of(Vec3::new(x, 0.5, 0.5), Vec3::ZERO, Vec3::ONE, UVec3::splat(4));
+        (x.floor() as i32 == right, own.x == right as u32 && own.y == 0 && own.z == 0, true)
     });
 }
 
@@ -234,7 +238,8 @@ fn harmonics() {
         let u = d.uniform(1.0, 1.001);
         let table: Vec<f32> = (0..64 * 3).map(|i| -(i as f32)).collect();
         let row = sh::log_occlusion::<3>(&table, 64, u);
-        (((u * 63.0) as usize + 1) < 64, row.iter().all(|x| x.is_finite()), true)
+        // Neither beyond the table nor drawn on beyond its end.
+        (((u * 63.0) as usize + 1) < 64, row[..] == table[63 * 3..], true)
     });
 }
 
@@ -268,24 +273,33 @@ fn depths() {
         let usual = 0.5 * (erf((offset + radius) * scale) - erf((offset - radius) * scale));
         (usual, depth_coverage(0.0, sigma, offset, radius), right)
     });
-    row("depth_coverage", "σ = 0", 0.0, |d| {
-        let (mean, centre, radius) = (0.5f32, d.uniform(0.0, 1.0), 0.25f32);
-        let right = if (centre - mean).abs() < radius { 1.0 } else { 0.0 };
+    row("depth_coverage", "σ = 0, on the window's rim too", 0.0, |d| {
+        let (mean, radius) = (0.5f32, 0.25f32);
+        let (centre, right) = match d.bits() % 3 {
+            0 => (mean - radius, 0.5),
+            1 => (mean + radius * d.uniform(-0.99, 0.99), 1.0),
+            _ => (mean + radius * d.uniform(1.01, 2.0), 0.0),
+        };
+        // 0 · ∞ on the rim.
         let scale = 1.0 / (0.0 * 2f32.sqrt());
-        let usual = 0.5 * (erf((centre - mean + radius) * scale) - erf(scale * 0.0));
+        let usual = 0.5 * (erf((centre - mean + radius) * scale) - erf((centre - mean - radius) * scale));
         (usual, depth_coverage(mean, 0.0, centre, radius), right)
     });
     row("gaussian_falloff", "σ = 0, at the middle", 0.0, |_| {
         let sigma = 0.0f32;
         ((-0.5 * (0.0f32 / sigma).powi(2)).exp(), gaussian_falloff(0.0, sigma), 1.0)
     });
-    row("layer_decay", "two layers over their overlap: sum 1", 1e-5, |d| {
+    row("layer_decay", "two layers, over their overlap and at the outer ends: sum 1", 1e-5, |d| {
         let (cut, overlap) = (d.uniform(0.3, 0.7), d.uniform(0.01, 0.1));
-        let z = cut + d.uniform(-0.5, 0.5) * overlap;
+        let z = match d.bits() % 3 {
+            0 => cut + d.uniform(-0.5, 0.5) * overlap,
+            1 => d.uniform(0.0, 1.0) * overlap,
+            _ => 1.0 - d.uniform(0.0, 1.0) * overlap,
+        };
         let (end, begin) = (cut + 0.5 * overlap, cut - 0.5 * overlap);
-        // As printed each layer fades over its own end, the first at 0 too.
+        // As printed each layer fades at both ends, the first at 0 and the last at 1 too.
         let printed = |low: f32, high: f32| {
-            ((z - low) / overlap).clamp(0.0, 1.0).powi(2) * ((high - z) / overlap).clamp(0.0, 1.0)
+            ((z - low) / overlap).clamp(0.0, 1.0) * ((high - z) / overlap).clamp(0.0, 1.0)
         };
         let sum =
             layer_decay(z, 0.0, end, overlap, true, false) + layer_decay(z, begin, 1.0, overlap, false, true);

@@ -173,6 +173,7 @@ fn the_page_opens_in_a_browser_without_errors() {
         let output = Command::new(browser)
             .args(["--headless=new", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=3000"])
             .args(["--enable-logging=stderr", "--dump-dom"])
+            // A path from the root stands for itself.
             .arg(format!("file://{}#scene=0&point=2", folder.path().join(name).display()))
             .output()
             .unwrap();
@@ -182,6 +183,11 @@ fn the_page_opens_in_a_browser_without_errors() {
     };
     assert_eq!(open("out/index.html"), (true, false));
     assert!(!open("bad.html").0 && !open("worse.html").0);
+    // The pages that the project shows.
+    for scene in ["cornell-box", "sponza", "sibenik", "spheres"] {
+        let page = format!("{}/docs/tradeoff/cpu/{scene}/index.html", env!("CARGO_MANIFEST_DIR"));
+        assert_eq!(open(&page), (true, false), "{scene}");
+    }
 }
 
 #[test]

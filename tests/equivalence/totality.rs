@@ -25,7 +25,7 @@ fn domain(pass: &PassInfo) -> Option<f32> {
     match pass.name {
         // See `elementary` of the kernels' own tests; vectors are tried over their whole range.
         "evaluate_elementary" | "evaluate_vector" => None,
-        // Sums of voxels belong together: no light without area.
+        // Sums of voxels belong together: no light without area. With those as they are: a test of its own below.
         "gather_diffuse" => None,
         // Products of up to seven inputs.
         name if name.starts_with("evaluate_sh") => Some(1e4),
@@ -182,6 +182,23 @@ fn lists_of_any_spheres() {
             case.launch = Launch::new("all tiles", all as usize, tiles);
             check_survival(&info::tile_lists, &case);
         }
+    }
+}
+
+/// Voxels' sums, shares of openness and lobes belong together as passes before leave them; all else may be any finite float.
+#[test]
+fn light_on_any_surfaces_from_any_proxies() {
+    let mut draw = Draw::new("light on any surfaces");
+    for mut case in cases::gather_diffuse(&mut draw) {
+        let (voxels, radiance, sides) =
+            (case.voxels.clone(), case.radiance.clone(), case.params.sides as usize);
+        assert!(case.spoil(Floats::Finite(MAX_VALUE), &mut draw) > 0);
+        case.voxels = voxels;
+        for (i, (own, whole)) in case.radiance.iter_mut().zip(&radiance).enumerate() {
+            *own = if i < sides { own.truncate().extend(whole.w) } else { *whole };
+        }
+        assert!(case.radiance != radiance);
+        check_finite(&info::gather_diffuse, &case);
     }
 }
 

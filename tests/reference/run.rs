@@ -69,7 +69,7 @@ fn any_number_of_threads_gives_the_same_bits() {
         pool.install(|| trace(&s, &view, &Reference { seed, ..settings(Bounces::All, 12) }))
     };
     let one = run(1, 5);
-    for threads in [2, 7] {
+    for threads in [2, 7, 16] {
         let other = run(threads, 5);
         assert!(same_bits(&one.direct, &other.direct) && same_bits(&one.indirect, &other.indirect));
         assert_eq!(one.statistics, other.statistics);

@@ -14,8 +14,8 @@ const SUBJECTS: [Subject; 3] = [
         &[],
         [
             "",
-            "--eye=0.4,1.2,2.6 --target=0,0.8,0 --fov=50",
-            "--eye=-0.7,1.6,0.9 --target=0.3,0.3,-0.6 --fov=70",
+            "--eye=-0.5,0.7,2.8 --target=0.2,0.9,-0.2 --fov=45",
+            "--eye=0.8,1.7,0.6 --target=-0.4,0.4,-0.5 --fov=75",
         ],
     ),
     (
@@ -23,8 +23,8 @@ const SUBJECTS: [Subject; 3] = [
         &["--sun=0.25,-1,0.15:12,11,9.5", "--no-scene-lights"],
         [
             "--eye=-11,1.7,-0.5 --target=8,4.5,0 --fov=60",
-            "--eye=9,1.7,0.5 --target=-8,4,0 --fov=60",
-            "--eye=-8,6.5,4 --target=6,3,-3 --fov=65",
+            "--eye=3,1.6,0 --target=-10,3,-3 --fov=55",
+            "--eye=10,5,0 --target=-6,6,2 --fov=60",
         ],
     ),
     (
@@ -32,8 +32,8 @@ const SUBJECTS: [Subject; 3] = [
         &["--point=0,8,0:120,115,100", "--no-scene-lights"],
         [
             "--eye=-14,4,0 --target=10,7,0 --fov=65",
-            "--eye=12,3,0 --target=-10,8,0 --fov=65",
-            "--eye=-2,5,5 --target=8,4,-4 --fov=70",
+            "--eye=6,2.5,1 --target=-12,6,0 --fov=60",
+            "--eye=-6,5,0 --target=8,3,2 --fov=70",
         ],
     ),
 ];

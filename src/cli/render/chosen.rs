@@ -1,8 +1,8 @@
 //! Which settings fit into a time, or an error? By curves measured on this machine.
 //!
 //! A scene's curves are measured once and kept in the user's cache: each technique's steps from quick to good, from three cameras, at two small
-//! sizes. They say for other cameras and sizes which step to try first; trials of that step from where the picture is seen, at half and a quarter of
-//! its sides, tell what to expect.
+//! sizes. They say for other cameras and sizes which step to try first; trials of that step from where the picture is seen, at about two thirds and
+//! a quarter of its sides, tell what to expect.
 
 use super::arguments::{RenderArguments, Technique};
 use super::curves::{Expected, Measured, Trials, curves, error_of, of_trial, reference, trial_of};

@@ -12,7 +12,6 @@ use crate::report::halves::Halves;
 use crate::report::machine::processor;
 use crate::scene::Scene;
 use crate::technique::View;
-use crate::technique::reference::ReferenceResult;
 use clap::ValueEnum;
 use glam::{Quat, Vec3};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -27,13 +26,12 @@ const SIDES: [u32; 2] = [160, 64];
 const BLOCKS: f64 = 48.0;
 /// Turns of the camera, degrees.
 const TURNS: [f32; 3] = [0.0, 20.0, -20.0];
-/// Paths of a reference, about.
+/// Paths of a reference, about, for errors down to this; smaller ones need more, by the square, up to this many times as many.
 const PATHS: f64 = 1.5e6;
+const PATHS_TELL: f64 = 0.12;
+const MORE_PATHS: f64 = 8.0;
 /// Steps whose small picture takes longer, in seconds, are no choice.
 const TOO_LONG: f64 = 1.5;
-
-/// At least this share of a smaller picture's squared error is expected of a larger one: two sizes do not tell that less stays.
-const LEAST_SHARE: f64 = 0.5;
 
 /// A step with what it costs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -71,7 +69,8 @@ impl Measured {
         let [large, small, own] =
             [self.sides[0], self.sides[1], f64::from(view.width.max(view.height))].map(|side| side.powi(-2));
         let slope = if small > large { ((coarse - fine) / (small - large)).max(0.0) } else { 0.0 };
-        let squared = (fine + slope * (own - large)).max(LEAST_SHARE * fine);
+        // Two sizes do not tell that it falls faster than the area of a pixel.
+        let squared = (fine + slope * (own - large)).max(fine * (own / large).min(1.0));
         Expected { seconds: self.fixed + self.per_pixel * f64::from(view.pixels()), error: squared.sqrt() }
     }
 }
@@ -92,36 +91,42 @@ pub(super) fn of_trial(
     Ok(own)
 }
 
-/// Blocks of a picture, of which the reference is traced.
+/// Blocks of a picture: what is compared.
 fn blocks(view: &View) -> View {
     let scale = BLOCKS / f64::from(view.width.max(view.height));
     let of = |x: u32| ((f64::from(x) * scale).round() as u32).clamp(1, x);
     view.resized(of(view.width), of(view.height))
 }
 
-/// The light of the blocks in two halves.
+/// The light of the blocks in two halves. Techniques see centres of pixels and so do the paths: what a pixel's centre leaves out, no setting
+/// brings back. Of pictures with more pixels than paths, blocks have so many centres that they make up the whole.
 pub(super) fn reference(a: &RenderArguments, subject: &mut Subject) -> Result<Option<Halves>, Failure> {
     let whole = subject.view;
-    subject.view = blocks(&whole);
-    let samples = (0.5 * PATHS / f64::from(subject.view.pixels())).clamp(8.0, 4096.0) as u32;
-    let halves: Result<_, Failure> = (|| {
-        let one = subject.trace(samples, 11, &AtomicBool::new(false), |_| ())?;
-        Ok((one, subject.trace(samples, 12, &AtomicBool::new(false), |_| ())?))
-    })();
+    let blocks = blocks(&whole);
+    let more = a.error.map_or(2.0, |limit| (PATHS_TELL / limit).powi(2).clamp(1.0, MORE_PATHS));
+    let paths = |view: &View| 0.5 * more * PATHS / f64::from(view.pixels());
+    let centres = paths(&whole) >= 1.0;
+    subject.view = if centres { whole } else { blocks };
+    let samples = paths(&subject.view).round().clamp(1.0, 4096.0) as u32;
+    let half = |seed| {
+        let paths = subject.trace(samples, seed, !centres, &AtomicBool::new(false), |_| ())?;
+        let light = match a.only {
+            Only::All => paths.all(),
+            Only::Direct => paths.direct,
+            Only::Indirect => paths.indirect,
+        };
+        Ok::<_, Failure>(light.shrunk(blocks.width, blocks.height))
+    };
+    let halves = half(11).and_then(|one| Ok((one, half(12)?)));
     subject.view = whole;
     let (one, other) = halves?;
-    let part = |r: ReferenceResult| match a.only {
-        Only::All => r.all(),
-        Only::Direct => r.direct,
-        Only::Indirect => r.indirect,
-    };
-    Ok(Halves::new(part(one), part(other)))
+    Ok(Halves::new(one, other).filter(|r| r.mean().mean().max_element() > 0.0))
 }
 
-/// How far a picture's blocks are from a reference of them; `None` where that cannot be told.
+/// How far a picture's blocks are from a reference of them, or what is the least that this tells; `None` where nothing can be told.
 pub(super) fn error_of(picture: &Picture, right: &Halves) -> Option<f64> {
     let (width, height) = (right.mean().width, right.mean().height);
-    right.errors(&picture.shrunk(width, height)).map(|e| e.relative_rmse)
+    right.errors(&picture.shrunk(width, height)).map(|e| e.relative_rmse.max(e.resolution))
 }
 
 /// A scene's curves, measured if they are not known.
@@ -171,7 +176,7 @@ fn key(a: &RenderArguments, scene: &Scene, techniques: &[Technique]) -> Result<S
         steps.iter().map(Trial::settings).collect::<Vec<_>>().hash(&mut hasher);
     }
     Ok(format!(
-        "{} {} {:016x} {:?} emissive {} {} rays, {:?} upsampling, {} {:016x} on {machine}",
+        "{} {} {:016x} {:?} through centres, emissive {} {} rays, {:?} upsampling, {} {:016x} on {machine}",
         env!("CARGO_PKG_VERSION"),
         scene.name,
         scene.fingerprint(),
@@ -205,11 +210,11 @@ pub(super) struct Trials<'a> {
 }
 
 impl<'a> Trials<'a> {
-    /// From where a picture is seen, at half and a quarter of its sides: to tell what to expect of it.
+    /// From where a picture is seen, at about two thirds and a quarter of its sides: to tell what to expect of it.
     pub(super) fn before(a: &'a RenderArguments, scene: &Scene, view: &View) -> Result<Self, Failure> {
         let longer = view.width.max(view.height);
-        let side = |part: u32, least: u32| (longer / part).max(least.min(longer));
-        Self::new(a, scene, view, [side(2, SIDES[0]), side(4, SIDES[1])], true)
+        let side = |sixteenths: u32, least: u32| (longer / 16 * sixteenths).max(least.min(longer));
+        Self::new(a, scene, view, [side(11, SIDES[0]), side(4, SIDES[1])], true)
     }
 
     fn new(
@@ -230,10 +235,14 @@ impl<'a> Trials<'a> {
         Ok(Self { a, subject, views, warm })
     }
 
-    /// The light from the turned camera; `None` where there is none.
-    pub(super) fn reference(&mut self, turn: f32) -> Result<Option<Halves>, Failure> {
-        self.subject.view = turned(&self.views[0], turn);
-        Ok(reference(self.a, &mut self.subject)?.filter(|r| r.mean().mean().max_element() > 0.0))
+    /// The light from the turned camera, at both sizes; `None` where there is none.
+    pub(super) fn reference(&mut self, turn: f32) -> Result<Option<[Halves; 2]>, Failure> {
+        let mut at = |view: &View| {
+            self.subject.view = turned(view, turn);
+            reference(self.a, &mut self.subject)
+        };
+        let [large, small] = &self.views;
+        Ok(at(large)?.zip(at(small)?).map(|(large, small)| [large, small]))
     }
 
     /// What a step costs from the turned camera; `None` where it takes too long, or no error can be told.
@@ -242,7 +251,7 @@ impl<'a> Trials<'a> {
         technique: &str,
         step: usize,
         turn: f32,
-        right: &Halves,
+        right: &[Halves; 2],
     ) -> Result<Option<Measured>, Failure> {
         let mut at = |view: &View| {
             let view = turned(view, turn);
@@ -254,16 +263,19 @@ impl<'a> Trials<'a> {
             return Ok(None);
         }
         let large = at(&self.views[0])?;
-        let (Some(error), Some(coarse)) = (error_of(&large.all, right), error_of(&small.all, right)) else {
+        let (Some(error), Some(coarse)) = (error_of(&large.all, &right[0]), error_of(&small.all, &right[1]))
+        else {
             return Ok(None);
         };
         let [many, few] = self.views.map(|v| f64::from(v.pixels()));
         let (more, less) = (large.seconds.median, small.seconds.median);
-        let per_pixel = if many > few { ((more - less) / (many - few)).max(0.0) } else { 0.0 };
+        let slope = if many > few { (more - less) / (many - few) } else { 0.0 };
+        // No part can be less than nothing.
+        let per_pixel = slope.min(more / many).max(0.0);
         Ok(Some(Measured {
             technique: technique.to_owned(),
             step,
-            fixed: (more - per_pixel * many).max(0.0),
+            fixed: more - per_pixel * many,
             per_pixel,
             errors: [error, coarse],
             sides: self.views.map(|v| f64::from(v.width.max(v.height))),

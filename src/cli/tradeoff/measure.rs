@@ -17,8 +17,20 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+/// How often a frame is measured.
+#[derive(Clone, Copy)]
+struct Repeats {
+    /// Frames after the one that warms up; where none, that one counts.
+    most: u32,
+    /// How many are enough once these seconds are over.
+    enough: usize,
+    until: f64,
+}
+
 /// Seconds beyond which a trial is repeated three times only.
 const LONG: f64 = 20.0;
+/// Short frames, of which other work on the machine slows down some, are measured several times; long ones are middles in themselves.
+const BRIEFLY: Repeats = Repeats { most: 9, enough: 1, until: 0.6 };
 
 /// What a trial gave.
 pub(crate) struct Measured {
@@ -94,6 +106,7 @@ impl Subject {
         let a = self.arguments(trial)?;
         let request = request_of(&a, &self.view)?;
         let parts = if self.splits() { Parts::Rendered } else { Parts::Subtracted };
+        let repeats = Repeats { most: repeats, enough: 3, until: LONG };
         if a.scene.look.fit_spheres.is_some() || trial.words.iter().any(|w| w == "--fit-spheres") {
             // Another scene: with other proxies.
             let (scene, view) = a.scene.open()?;
@@ -111,7 +124,7 @@ impl Subject {
         request: &Request,
         arithmetic: Option<ArithmeticChoice>,
         part: Parts,
-        repeats: u32,
+        repeats: Repeats,
     ) -> Result<Measured, Failure> {
         let (scene, tree) = (&self.scene, &self.tree);
         if !self.gpu {
@@ -131,9 +144,9 @@ impl Subject {
         place.as_mut().map_or_else(lost, |r| measure(r, request, part, repeats, &self.stop))
     }
 
-    /// Measures one frame, or the middle one of three after one that warms up; a GPU's are always warm.
+    /// Measures one frame, or several after one that warms up; a GPU's are always warm.
     pub(crate) fn measure_briefly(&mut self, request: &Request, warm: bool) -> Result<Measured, Failure> {
-        let repeats = if warm { 3 } else { u32::from(self.gpu) };
+        let repeats = if warm { BRIEFLY } else { Repeats { most: u32::from(self.gpu), ..BRIEFLY } };
         self.measure_request(request, None, Parts::Whole, repeats)
     }
 
@@ -142,21 +155,17 @@ impl Subject {
         Ok(Cpu::new(self.backend.threads)?)
     }
 
-    /// Traces paths on the CPU.
+    /// Traces paths on the CPU: through whole pixels with a filter, or their centres, as the techniques see them.
     pub(crate) fn trace(
         &self,
         samples: u32,
         seed: u32,
+        pixel_filter: bool,
         stop: &AtomicBool,
         progress: impl Fn(u32) + Send,
     ) -> Result<ReferenceResult, Failure> {
-        let settings = Reference {
-            bounces: Bounces::Count(1),
-            samples,
-            seed,
-            emissive: self.emissive,
-            pixel_filter: true,
-        };
+        let settings =
+            Reference { bounces: Bounces::Count(1), samples, seed, emissive: self.emissive, pixel_filter };
         let cpu = self.cpu()?;
         let (scene, tree, view) = (&self.scene, &self.tree, &self.view);
         Ok(cpu.install(|| reference::render(scene, tree, view, &settings, stop, progress)))
@@ -167,10 +176,10 @@ impl Subject {
         let stop = &*self.stop;
         let mut times = Vec::new();
         // One path warms up.
-        let mut result = self.trace(1, 999, stop, |_| ())?;
+        let mut result = self.trace(1, 999, true, stop, |_| ())?;
         for seed in 0..repeats.max(1) {
             let begun = Instant::now();
-            result = self.trace(samples, 1000 + seed, stop, |_| ())?;
+            result = self.trace(samples, 1000 + seed, true, stop, |_| ())?;
             times.push(begun.elapsed().as_secs_f64());
             if stop.load(Ordering::Relaxed) || times.iter().sum::<f64>() > LONG && times.len() >= 3 {
                 break;
@@ -245,7 +254,7 @@ fn measure<B: Backend>(
     renderer: &mut Renderer<B>,
     request: &Request,
     parts: Parts,
-    repeats: u32,
+    repeats: Repeats,
     stop: &AtomicBool,
 ) -> Result<Measured, Failure> {
     let plan = renderer.plan(request).map_err(|e| Failure::Request(e.to_string()))?;
@@ -257,8 +266,9 @@ fn measure<B: Backend>(
     renderer.backend_mut().log_allocations(false);
     let (seconds, wall, all) = warm?;
     // Where nothing is repeated it counts all the same.
-    let (mut times, mut walls) = if repeats > 0 { (vec![], vec![]) } else { (vec![seconds], vec![wall]) };
-    for _ in 0..repeats {
+    let (mut times, mut walls) =
+        if repeats.most > 0 { (vec![], vec![]) } else { (vec![seconds], vec![wall]) };
+    for _ in 0..repeats.most {
         if stop.load(Ordering::Relaxed) {
             return Err(interrupted());
         }
@@ -266,12 +276,12 @@ fn measure<B: Backend>(
         let (seconds, wall, _) = passes(renderer, &plan)?;
         times.push(seconds);
         walls.push(wall);
-        if walls.iter().sum::<f64>() > LONG && walls.len() >= 3 {
+        if walls.iter().sum::<f64>() > repeats.until && walls.len() >= repeats.enough {
             break;
         }
     }
     let mut camera = None;
-    if repeats > 0 && parts != Parts::Whole {
+    if repeats.most > 0 && parts != Parts::Whole {
         renderer.touch(Change::Camera)?;
         camera = Some(passes(renderer, &plan)?.0);
     }

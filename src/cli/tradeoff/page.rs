@@ -19,8 +19,10 @@ pub(super) fn page(record: &Record, folder: &Folder, pictures: bool) -> Result<S
         value["reference"]["images"] =
             json!({ "indirect": of("reference.indirect"), "all": of("reference.all") });
         for (point, value) in scene.points.iter().zip(value["points"].as_array_mut().into_iter().flatten()) {
-            if let (Some(flip), true) = (point.flip, value["all"].is_object()) {
-                value["all"]["flip"] = json!(flip);
+            for (light, flip) in [("all", point.flip), ("indirect", point.flip_indirect)] {
+                if let (Some(flip), true) = (flip, value[light].is_object()) {
+                    value[light]["flip"] = json!(flip);
+                }
             }
             let of = |kind: &str| of(&format!("{}.{kind}", point.id));
             let all = of("all");

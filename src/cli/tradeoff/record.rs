@@ -52,6 +52,9 @@ pub(crate) struct Point {
     pub all: Option<Errors>,
     /// Mean HDR-FLIP of the picture at its own pixels.
     pub flip: Option<f64>,
+    /// The same of its indirect light alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flip_indirect: Option<f64>,
     pub pareto: bool,
     /// The run, of those that made the report, that measured it: times of different runs compare less well.
     pub run: u32,
@@ -219,7 +222,7 @@ impl Record {
     pub(crate) fn csv(&self) -> String {
         let mut text = "scene,technique,knob,value,settings,seconds,least,most,repeats,wall,camera,bytes,\
             indirect_rmse,indirect_ratio,indirect_p50,indirect_p99,indirect_max,all_rmse,all_ratio,all_p50,\
-            all_p99,all_max,flip,pareto,run\n"
+            all_p99,all_max,flip,flip_indirect,pareto,run\n"
             .to_owned();
         for s in &self.scenes {
             for p in &s.points {
@@ -248,8 +251,10 @@ impl Record {
                         None => ",,,,,".to_owned(),
                     };
                 }
-                let flip = p.flip.map_or_else(String::new, |x| format!("{x:.6}"));
-                text += &format!(",{flip},{},{}\n", p.pareto, p.run);
+                for flip in [p.flip, p.flip_indirect] {
+                    text += &flip.map_or_else(|| ",".to_owned(), |x| format!(",{x:.6}"));
+                }
+                text += &format!(",{},{}\n", p.pareto, p.run);
             }
         }
         text

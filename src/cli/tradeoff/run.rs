@@ -348,6 +348,7 @@ impl Session<'_> {
             indirect: m.indirect.as_ref().and_then(|p| coarse.indirect.errors(&p.averaged(side))),
             all: coarse.all.errors(&m.all.averaged(side)),
             flip: right.all.flip(&m.all),
+            flip_indirect: m.indirect.as_ref().and_then(|p| right.indirect.flip(p)),
             pareto: false,
             run,
         }
@@ -375,7 +376,7 @@ impl Session<'_> {
                 let share = 50 * (half - 1) + 50 * done / samples.max(1);
                 self.bar.set_message(format!("{name}: reference {share} %"));
             };
-            let traced = subject.trace(samples, half, &self.stop, progress)?;
+            let traced = subject.trace(samples, half, true, &self.stop, progress)?;
             if traced.samples < samples {
                 return Err(self.interrupted());
             }

@@ -154,7 +154,7 @@ const SOFT_GI: Sweep = Sweep {
     ],
     knobs: &[
         knob("order", &["2", "3", "5"]),
-        knob("exponential", &["optimal-linear", "series", "taylor"]),
+        knob("exponential", &["optimal-linear", "series", "series --terms 3", "taylor", "taylor --tau 1"]),
         knob("tau", &["0.25", "0.125", "0.0625"]),
         knob("operator", &["point", "averaged-fit", "exact"]),
         knob("shadow-reach", &["5", "10", "15", "30"]),
