@@ -135,9 +135,9 @@ fn voxels() {
     decide("fits_u32", "grids of 1300³ … 1999³: whether 32 bits number their voxels", |d| {
         let dims = UVec3::splat(1300 + d.bits() % 700);
         let count = u64::from(dims.x) * u64::from(dims.y) * u64::from(dims.z);
-        // A product in 32 bits wraps, and fits always.
+        // A product that wraps is not always less than a factor.
         let wrapped = dims.x.wrapping_mul(dims.y).wrapping_mul(dims.z);
-        (u64::from(wrapped) <= u64::from(u32::MAX), voxel_hash::fits_u32(dims), count <= u64::from(u32::MAX))
+        (wrapped >= dims.x * dims.y, voxel_hash::fits_u32(dims), count <= u64::from(u32::MAX))
     });
     decide("voxel_of", "points on the far side, beyond, or below: the nearest voxel", |d| {
         let (x, right) = match d.bits() % 3 {
@@ -414,6 +414,10 @@ fn weights() {
     row("normal_similarity", "normals that are opposite: an even power", 0.0, |d| {
         let n = Vec3::new(d.uniform(-0.1, 0.1), 1.0, 0.0).normalize();
         (n.dot(-n).powi(32), normal_similarity(n, -n), 0.0)
+    });
+    row("normal_similarity", "one normal, whose square rounds to above 1: what is over 1", 0.0, |d| {
+        let n = Vec3::new(d.uniform(-1.0, 1.0), d.uniform(-1.0, 1.0), 1.0).normalize();
+        ((n.dot(n).powi(32) - 1.0).max(0.0), (normal_similarity(n, n) - 1.0).max(0.0), 0.0)
     });
     row("mean_or_zero", "no neighbour", 0.0, |_| (0.0f32 / 0.0, mean_or_zero(Vec3::ZERO, 0.0).x, 0.0));
 }
