@@ -68,6 +68,7 @@ fn exponentials(folder: Option<&Path>) -> Result<()> {
     type Kind<'a> = (&'a str, Box<dyn Fn(&[f32; 16]) -> [f32; 16] + 'a>);
     let kinds: Vec<Kind> = vec![
         ("hybrid, τ = ½", Box::new(|f| sh::hybrid(f, 0.5))),
+        ("hybrid, τ = 1", Box::new(|f| sh::hybrid_with_table(f, 1.0, &pairs, entries))),
         ("hybrid, τ = ¼", Box::new(|f| sh::hybrid(f, 0.25))),
         ("taylor, τ = 1", Box::new(|f| sh::taylor(f, 1.0))),
         ("optimal linear", Box::new(|f| sh::clamp_to_feasible(&sh::optimal_linear(f, &pairs, entries)))),
@@ -223,7 +224,7 @@ fn knobs(cpu: &mut Cpu, s: &Subject) -> Result<()> {
         s.around.proxies.len()
     );
     type Change = (&'static str, fn(&mut SoftGi));
-    let changes: [Change; 14] = [
+    let changes: [Change; 16] = [
         ("as it is: order 4, receivers ½", |_| ()),
         ("order 2", |s| s.order = 2),
         ("order 3", |s| s.order = 3),
@@ -233,6 +234,8 @@ fn knobs(cpu: &mut Cpu, s: &Subject) -> Result<()> {
         ("receivers ⅛", |s| s.receiver_scale = 8),
         ("optimal linear", |s| s.exponential = Exponential::OptimalLinear),
         ("series of 9", |s| s.exponential = Exponential::Series),
+        ("product of visibilities", |s| s.exponential = Exponential::Product),
+        ("hybrid, τ = 1", |s| s.tau = 1.0),
         ("taylor, τ = 1", |s| (s.exponential, s.tau) = (Exponential::Taylor, 1.0)),
         ("hybrid, τ = ¼", |s| s.tau = 0.25),
         ("point operator", |s| s.operator = Operator::Point),

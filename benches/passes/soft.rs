@@ -108,6 +108,14 @@ pub fn accumulate_occlusion(s: &Samples) -> Case<SoftParams, Occlusion> {
     map(soft.params, inputs, COUNT)
 }
 
+type Factors = (Vec<Surface>, Vec<SphereProxy>, Vec<u32>, Vec<u32>, Vec<u32>);
+
+pub fn multiply_visibility(s: &Samples) -> Case<SoftParams, Factors> {
+    let Case { params, inputs, .. } = accumulate_occlusion(s);
+    let (surfaces, proxies, starts, counts, lists, _) = inputs;
+    map(params, (surfaces, proxies, starts, counts, lists), COUNT)
+}
+
 macro_rules! exponentials {
     ($($name:ident, $order:literal;)*) => {$(
         pub fn $name(s: &Samples) -> Case<SoftParams, (Vec<ShVector>, Vec<f32>)> {

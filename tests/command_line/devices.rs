@@ -52,11 +52,10 @@ fn every_pass_is_exact_on_the_cornell_box() {
             .all(|p| of(p) >= 1),
         "{json}"
     );
-    let discs = succeed(folder.path(), &[&options[..], &["--meet", "proxies", "--json"]].concat()).json();
-    assert!(discs["passes"].as_array().unwrap().iter().any(|p| p["pass"] == "march_rays"), "{discs}");
-    let text = succeed(folder.path(), &options).out;
+    // As a table; rays that meet discs are a pass in the place of those that meet triangles.
+    let text = succeed(folder.path(), &[&options[..], &["--meet", "proxies"]].concat()).out;
     assert_eq!(text.lines().filter(|l| l.ends_with(" yes")).count(), passes.len(), "{text}");
-    assert!(!text.contains(" NO"), "{text}");
+    assert!(text.contains("march_rays") && !text.contains(" NO"), "{text}");
     let fast = run(folder.path(), &[&options[..], &["--arithmetic", "fast", "--json"]].concat());
     assert!(matches!(fast.code, Some(0)), "{}", fast.err);
     assert_eq!(fast.json()["arithmetic"], "Fast");

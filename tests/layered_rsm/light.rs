@@ -158,9 +158,10 @@ fn a_moving_light_flickers_less_at_coarser_levels() {
     let s = Scene::open("cornell-glossy").unwrap();
     let view = view(&s.view(), 32, 32);
     // What neighbouring frames differ by beyond a steady change, second differences, over the mean; and that.
-    let seen = |least_level: f32| {
+    let seen = |(least_level, most_level): (f32, Option<u32>)| {
         let cones = Cones { specular_half_angle: Some(5.0), ..Cones::default() };
-        let settings = LayeredRsm { least_level, cones, illumination: Some((32, 32)), ..Default::default() };
+        let settings =
+            LayeredRsm { least_level, most_level, cones, illumination: Some((32, 32)), ..Default::default() };
         let job = Job {
             light: LightPart::Indirect,
             dumps: ["diffuse", "specular"].map(str::to_owned).to_vec(),
@@ -188,10 +189,12 @@ fn a_moving_light_flickers_less_at_coarser_levels() {
             (of_pixel[..32 * 32 - 8].iter().sum::<f64>() / whole, whole)
         })
     };
-    let [sharp, calm] = [0.0, 3.0].map(seen);
+    let [sharp, calm, sharpest] = [(0.0, None), (3.0, None), (0.0, Some(0))].map(seen);
     println!(
-        "flicker and light, diffuse and specular: {sharp:?} at the finest level, {calm:?} from level 3 on"
+        "flicker and light, diffuse and specular: {sharp:?} at the finest level, {calm:?} from level 3 on, {sharpest:?} at the finest one alone"
     );
+    let most = |seen: [(f64, f64); 2]| seen.map(|part| part.0);
+    assert!(most(sharpest)[0] > 1.05 * most(sharp)[0], "{sharpest:?}, {sharp:?}");
     for (sharp, calm) in sharp.into_iter().zip(calm) {
         assert!(calm.0 < 0.95 * sharp.0, "{sharp:?}, {calm:?}");
         assert!((calm.1 / sharp.1 - 1.0).abs() < 0.1, "light: {sharp:?}, {calm:?}");

@@ -85,6 +85,9 @@ fn exponentials_agree_with_the_product_where_balls_overlap() {
     let taylor = with(Exponential::Taylor, 1.0, 9);
     let linear = with(Exponential::OptimalLinear, 0.5, 9);
     let series = with(Exponential::Series, 0.5, 3);
+    let coarser = with(Exponential::Hybrid, 1.0, 9);
+    let product = with(Exponential::Product, 0.5, 9);
+    assert!(product < 0.12 && coarser < 0.12 && coarser != hybrid, "{product}, {coarser}");
     assert!(hybrid < 0.12 && finer < 0.12 && taylor < 0.12, "{hybrid}, {finer}, {taylor}");
     assert!(linear > hybrid && series > hybrid, "negative controls: {linear}, {series}");
 }

@@ -20,6 +20,9 @@ fn any_number_of_threads_and_the_strict_gpu_write_the_same_bits() {
         SoftGi { order: 2, exponential: Exponential::Series, operator: Operator::Point, ..fine() },
         SoftGi { order: 3, exponential: Exponential::Taylor, operator: Operator::AveragedFit, ..fine() },
         SoftGi { order: 5, operator: Operator::Exact, receiver_scale: 4, ..SoftGi::default() },
+        SoftGi { exponential: Exponential::Product, receiver_scale: 4, ..SoftGi::default() },
+        SoftGi { order: 3, exponential: Exponential::Product, ..fine() },
+        SoftGi { tau: 1.0, ..SoftGi::default() },
         SoftGi { exponential: Exponential::OptimalLinear, ..SoftGi::preset("paper").unwrap() },
     ] {
         let job = Job { rays: 4, ..Job::default() };

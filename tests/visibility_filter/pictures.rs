@@ -99,6 +99,13 @@ fn glossy_floors_reflect_as_they_should() {
         let weighed = VisibilityFilter { specular_deviation: 0.2, ..settings };
         let e = error(&s, &view, &weighed, &right);
         assert!((e.mean_ratio - 1.0).abs() < 0.08 && e.relative_rmse < 0.25, "Ns {exponent}, eq. 7: {e:?}");
+        // Half where the lobe is, as it is chosen by default; another one blurs.
+        let given = |n: f32| VisibilityFilter { specular_exponent: Some(n), ..weighed.clone() };
+        let same = error(&s, &view, &given(-exponent * (1.0f32 - 1.177_41 * 0.2).log2()), &right);
+        assert!((same.relative_rmse / e.relative_rmse - 1.0).abs() < 0.15, "Ns {exponent}: {same:?}, {e:?}");
+        let wide = error(&s, &view, &given(1.0), &right);
+        println!("Ns {exponent}: {e:?}, exponent given {same:?}, 1 {wide:?}");
+        assert!(wide.relative_rmse > 1.1 * same.relative_rmse, "negative control: {wide:?}");
     }
 }
 

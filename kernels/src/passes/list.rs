@@ -318,6 +318,11 @@ macro_rules! for_each_pass {
             map accumulate_occlusion(SoftParams; 1 surfaces: Surface, 2 proxies: SphereProxy, 3 starts: u32,
                 4 counts: u32, 5 lists: u32, 6 table: f32) -> 7 logarithms: ShVector,
                 Tolerance::Relative { relative: 1e-4, absolute: 1e-4, flips: 0.0 };
+            // As squaring does, each product doubles relative errors.
+            /// Visibility past proxies, multiplied.
+            map multiply_visibility(SoftParams; 1 surfaces: Surface, 2 proxies: SphereProxy, 3 starts: u32,
+                4 counts: u32, 5 lists: u32) -> 6 occlusion: ShVector,
+                Tolerance::Relative { relative: 1e-3, absolute: 1e-3, flips: 0.0 };
             // Squaring doubles relative errors up to twelve times.
             /// Visibility past all proxies, order 2.
             map exponentiate2(SoftParams; 1 logarithms: ShVector, 2 table: f32) -> 3 occlusion: ShVector,

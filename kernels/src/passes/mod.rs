@@ -76,7 +76,7 @@ pub use light_map::{light_map_visibility, trace_light_map};
 pub use reduction::reduce_sum;
 pub use scan::{add_block_offsets, block_sums, compact_indices, scan_blocks};
 pub use soft_gi::accumulate::{
-    accumulate_occlusion, exponentiate2, exponentiate3, exponentiate4, exponentiate5,
+    accumulate_occlusion, exponentiate2, exponentiate3, exponentiate4, exponentiate5, multiply_visibility,
 };
 pub use soft_gi::cull::{tile_bounds, tile_counts, tile_lists};
 pub use soft_gi::indirect::accumulate_indirect;

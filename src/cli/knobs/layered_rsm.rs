@@ -41,6 +41,9 @@ pub(crate) struct LayeredRsmOptions {
     /// Finest level of the layers that is looked up: higher flickers less, and is less sharp
     #[arg(long, value_name = "LEVEL", allow_hyphen_values = true)]
     least_level: Option<f32>,
+    /// Coarsest level of the layers that is looked up: lower is sharper, and flickers [default: all]
+    #[arg(long, value_name = "LEVEL")]
+    most_level: Option<u32>,
     /// Shadows of lights by cones
     #[arg(long, value_name = "BOOL")]
     shadow_cones: Option<bool>,
@@ -89,6 +92,7 @@ impl LayeredRsmOptions {
         set(&mut s.window, self.window);
         set(&mut s.footprint, self.footprint);
         set(&mut s.least_level, self.least_level);
+        s.most_level = self.most_level.or(s.most_level);
         s.shadow_cones |= self.light_radius.is_some() || self.sun_angle.is_some();
         set(&mut s.shadow_cones, self.shadow_cones);
         set(&mut s.light_radius, self.light_radius);

@@ -49,6 +49,8 @@ enum ExponentialChoice {
     Series,
     /// Scaling, three terms, squaring
     Taylor,
+    /// None: a product for each proxy
+    Product,
 }
 
 #[derive(Clone, Copy, ValueEnum, PartialEq)]
@@ -80,6 +82,7 @@ impl SoftGiOptions {
             Some(ExponentialChoice::OptimalLinear) => Exponential::OptimalLinear,
             Some(ExponentialChoice::Series) => Exponential::Series,
             Some(ExponentialChoice::Taylor) => Exponential::Taylor,
+            Some(ExponentialChoice::Product) => Exponential::Product,
         };
         s.operator = match self.operator {
             None => s.operator,

@@ -72,6 +72,9 @@ pub(crate) struct VisibilityFilterOptions {
     /// Width of the Gaussian in the specular weight, 0.001 to 0.3; 0 weighs by the surface's own lobe
     #[arg(long, value_name = "SIGMA", allow_hyphen_values = true)]
     specular_deviation: Option<f32>,
+    /// Exponent of the cosine in the specular weight, for --specular-deviation [default: as each surface's lobe]
+    #[arg(long, value_name = "N", allow_hyphen_values = true)]
+    specular_exponent: Option<f32>,
 }
 
 #[derive(Clone, Copy, ValueEnum, PartialEq)]
@@ -151,6 +154,7 @@ impl VisibilityFilterOptions {
         set(&mut s.depth_deviation, self.depth_deviation);
         set(&mut s.normal_deviation, self.normal_deviation);
         set(&mut s.specular_deviation, self.specular_deviation);
+        s.specular_exponent = self.specular_exponent.or(s.specular_exponent);
         match self.gather {
             Some(GatherChoice::Sum) => s.gather = Gather::Sum,
             Some(GatherChoice::Share) => s.gather = Gather::Share,

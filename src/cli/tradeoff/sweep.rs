@@ -73,6 +73,7 @@ const VISIBILITY_FILTER: Sweep = Sweep {
         knob("normal-deviation", &["0.02", "0.5"]),
         glossy("lobe-rays", &["8", "64", "256"]),
         glossy("specular-deviation", &["0.03", "0.1", "0.3"]),
+        glossy("specular-exponent", &["8 --specular-deviation 0.1", "64 --specular-deviation 0.1"]),
         glossy("proxy-gloss", &["false"]),
         ARITHMETIC,
     ],
@@ -125,6 +126,7 @@ const LAYERED_RSM: Sweep = Sweep {
         knob("normal-layers", &["1", "4", "8"]),
         knob("layer-overlap", &["0.1", "0.3"]),
         knob("least-level", &["1", "2", "4"]),
+        knob("most-level", &["0", "1", "2"]),
         knob("moments", &["float", "unorm16"]),
         knob("deviation", &["0.001", "0.01", "0.1"]),
         knob("window", &["0.75", "1", "2"]),
@@ -154,8 +156,11 @@ const SOFT_GI: Sweep = Sweep {
     ],
     knobs: &[
         knob("order", &["2", "3", "5"]),
-        knob("exponential", &["optimal-linear", "series", "series --terms 3", "taylor", "taylor --tau 1"]),
-        knob("tau", &["0.25", "0.125", "0.0625"]),
+        knob(
+            "exponential",
+            &["optimal-linear", "series", "series --terms 3", "taylor", "taylor --tau 1", "product"],
+        ),
+        knob("tau", &["1", "0.25", "0.125", "0.0625"]),
         knob("operator", &["point", "averaged-fit", "exact"]),
         knob("shadow-reach", &["5", "10", "15", "30"]),
         knob("light-reach", &["5", "15", "30"]),
@@ -216,7 +221,7 @@ pub(super) const STAGES: [Stage; 21] = [
     stage("soft-gi", "order of harmonics", "5", "--order 5"),
     stage("soft-gi", "mean light of a proxy", "as it is distributed", "--operator exact"),
     stage("soft-gi", "reach", "1000 radii", "--shadow-reach 1000 --light-reach 1000"),
-    stage("soft-gi", "exponential", "τ = 1/16", "--tau 0.0625"),
+    stage("soft-gi", "sum of logarithms", "product of visibilities", "--exponential product"),
 ];
 
 impl Stage {

@@ -70,6 +70,8 @@ pub struct LayeredRsm {
     pub footprint: f32,
     /// The finest level of the layers that is looked up, 0 to 12: higher is calmer and less sharp.
     pub least_level: f32,
+    /// The coarsest level of the layers that is looked up, 0 to 12: lower is sharper, and flickers where samples are wide; all if none.
+    pub most_level: Option<u32>,
     /// How cones go through the voxels.
     pub cones: Cones,
     /// Shadows of lights by cones through the voxels instead of rays.
@@ -97,6 +99,7 @@ impl Default for LayeredRsm {
             window: 1.5,
             footprint: 1.0,
             least_level: 0.0,
+            most_level: None,
             cones: Cones::default(),
             shadow_cones: false,
             light_radius: 0.0,
@@ -213,6 +216,9 @@ impl LayeredRsm {
         in_range("window", self.window, 0.1, 8.0)?;
         in_range("footprint", self.footprint, 0.1, 8.0)?;
         in_range("least-level", self.least_level, 0.0, 12.0)?;
+        if let Some(most) = self.most_level {
+            in_range("most-level", most as f32, self.least_level, 12.0)?;
+        }
         in_range("light-radius", self.light_radius, 0.0, 1.0e6)?;
         in_range("sun-angle", self.sun_angle, 0.0, 45.0)?;
         let bytes = 4 * u64::from(self.words_per_light());
@@ -243,7 +249,7 @@ mod tests {
         }
         assert!(LayeredRsm::preset("paper-teapot").is_none());
         type Spoil = fn(&mut LayeredRsm);
-        let spoilt: [(&str, Spoil); 11] = [
+        let spoilt: [(&str, Spoil); 13] = [
             ("resolution", |s| s.resolution = 100),
             ("rsm", |s| s.map = 1000),
             ("rsm", |s| (s.map, s.depth_layers, s.normal_layers) = (4096, 8, 8)),
@@ -251,6 +257,8 @@ mod tests {
             ("normal-layers", |s| s.normal_layers = 9),
             ("layer-overlap", |s| s.overlap = f32::NAN),
             ("window", |s| s.window = 0.0),
+            ("most-level", |s| s.most_level = Some(13)),
+            ("most-level", |s| (s.least_level, s.most_level) = (2.5, Some(2))),
             ("light-radius", |s| s.light_radius = -1.0),
             ("sun-angle", |s| s.sun_angle = 90.0),
             ("step", |s| (s.cones.count, s.cones.step) = (64, 0.125)),

@@ -23,7 +23,7 @@ use crate::scene::MAX_PROXIES;
 use glam::{Vec3, Vec4};
 use twinlight_kernels::passes::elements::{ShVector, SoftParams, SphereProxy};
 use twinlight_kernels::passes::soft_gi;
-use twinlight_kernels::sh::UNIT;
+use twinlight_kernels::sh::{SMALL_NORM, UNIT};
 
 /// Buffers that [`Job::dumps`] may name.
 pub const DUMPS: [&str; 13] = [
@@ -111,6 +111,7 @@ fn params(surroundings: &Surroundings, job: &Job, settings: &SoftGi, width: u32,
             Exponential::OptimalLinear => soft_gi::OPTIMAL_LINEAR,
             Exponential::Series => soft_gi::SERIES,
             Exponential::Taylor => soft_gi::TAYLOR,
+            Exponential::Product => soft_gi::PRODUCT,
         },
         terms: settings.terms,
         tau: settings.tau,
@@ -287,41 +288,80 @@ fn occlusion<B: Backend>(
 ) -> Result<B::Buffer<ShVector>, BackendError> {
     backend.set_stage("occlusion");
     let count = g.count();
-    let order = params.order as usize;
-    let table = backend.upload("logarithms' table", &log_occlusion_table(order, params.entries as usize))?;
-    let mut logarithms = backend.alloc("log occlusion", count as usize)?;
-    backend.accumulate_occlusion(
-        params,
-        &g.surfaces,
-        proxies,
-        &tiles.starts,
-        &tiles.counts,
-        &tiles.lists,
-        &table,
-        &mut logarithms,
-        count,
-    )?;
-    seen.check(backend, "log occlusion", &logarithms)?;
-    backend.set_stage("exponential");
-    let of_linear = params.exponential == soft_gi::OPTIMAL_LINEAR;
-    let pairs = if of_linear { optimal_linear_table(order) } else { vec![0.0] };
-    params.pairs = if of_linear { pairs.len() as u32 / 2 } else { 0 };
-    let pairs = backend.upload("linear exponential's table", &pairs)?;
     let mut occlusion = backend.alloc("occlusion", count as usize)?;
-    match params.order {
-        2 => backend.exponentiate2(params, &logarithms, &pairs, &mut occlusion, count)?,
-        3 => backend.exponentiate3(params, &logarithms, &pairs, &mut occlusion, count)?,
-        4 => backend.exponentiate4(params, &logarithms, &pairs, &mut occlusion, count)?,
-        _ => backend.exponentiate5(params, &logarithms, &pairs, &mut occlusion, count)?,
+    let Tiles { starts, counts, lists } = tiles;
+    if params.exponential == soft_gi::PRODUCT {
+        backend.multiply_visibility(
+            params,
+            &g.surfaces,
+            proxies,
+            starts,
+            counts,
+            lists,
+            &mut occlusion,
+            count,
+        )?;
+    } else {
+        let logarithms = logarithms(backend, params, g, proxies, tiles, keep, seen)?;
+        backend.set_stage("exponential");
+        let table = backend.upload("linear exponential's table", &linear_table(params))?;
+        match params.order {
+            2 => backend.exponentiate2(params, &logarithms, &table, &mut occlusion, count)?,
+            3 => backend.exponentiate3(params, &logarithms, &table, &mut occlusion, count)?,
+            4 => backend.exponentiate4(params, &logarithms, &table, &mut occlusion, count)?,
+            _ => backend.exponentiate5(params, &logarithms, &table, &mut occlusion, count)?,
+        }
     }
     seen.check(backend, "occlusion", &occlusion)?;
-    if seen.wants("log-occlusion") {
-        let values: Vec<ShVector> = backend.read_result(&logarithms)?;
-        keep(seen, "log-occlusion", &|i| Vec3::splat(-values[i].c0.x / UNIT));
-    }
     if seen.wants("occlusion") {
         let values: Vec<ShVector> = backend.read_result(&occlusion)?;
         keep(seen, "occlusion", &|i| Vec3::splat(values[i].c0.x / UNIT));
     }
     Ok(occlusion)
+}
+
+/// The sum of the logarithms of what each proxy leaves.
+fn logarithms<B: Backend>(
+    backend: &mut B,
+    params: &SoftParams,
+    g: &GBuffer<B>,
+    proxies: &B::Buffer<SphereProxy>,
+    tiles: &Tiles<B>,
+    keep: &Keep<'_>,
+    seen: &mut Inspection<'_>,
+) -> Result<B::Buffer<ShVector>, BackendError> {
+    let table = log_occlusion_table(params.order as usize, params.entries as usize);
+    let table = backend.upload("logarithms' table", &table)?;
+    let count = g.count();
+    let mut logarithms = backend.alloc("log occlusion", count as usize)?;
+    let Tiles { starts, counts, lists } = tiles;
+    backend.accumulate_occlusion(
+        params,
+        &g.surfaces,
+        proxies,
+        starts,
+        counts,
+        lists,
+        &table,
+        &mut logarithms,
+        count,
+    )?;
+    seen.check(backend, "log occlusion", &logarithms)?;
+    if seen.wants("log-occlusion") {
+        let values: Vec<ShVector> = backend.read_result(&logarithms)?;
+        keep(seen, "log-occlusion", &|i| Vec3::splat(-values[i].c0.x / UNIT));
+    }
+    Ok(logarithms)
+}
+
+/// The table of the linear exponential, where norms reach beyond what has polynomials; tells `params` how long it is.
+fn linear_table(params: &mut SoftParams) -> Vec<f32> {
+    let beyond = params.exponential == soft_gi::HYBRID && params.tau > SMALL_NORM;
+    if !beyond && params.exponential != soft_gi::OPTIMAL_LINEAR {
+        params.pairs = 0;
+        return vec![0.0];
+    }
+    let table = optimal_linear_table(params.order as usize);
+    params.pairs = table.len() as u32 / 2;
+    table
 }

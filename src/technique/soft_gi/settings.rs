@@ -15,6 +15,8 @@ pub enum Exponential {
     Series,
     /// Scaled down to τ, three terms of the series, squared; no table, nearer to the exact exponential than HYB at its cost.
     Taylor,
+    /// None: visibilities are multiplied proxy by proxy. What the others approximate; cost of a product for each proxy.
+    Product,
 }
 
 /// What a proxy's light is taken to be. SGI §5.
@@ -37,7 +39,7 @@ pub struct SoftGi {
     pub order: u32,
     /// How visibility comes from the sum of logarithms.
     pub exponential: Exponential,
-    /// τ of [`Exponential::Hybrid`] (¹⁄₁₆ to ½) and [`Exponential::Taylor`] (to 1): halving it costs one more square.
+    /// τ of [`Exponential::Hybrid`] and [`Exponential::Taylor`], ¹⁄₁₆ to 1: halving it costs one more square.
     pub tau: f32,
     /// Terms of [`Exponential::Series`], 2 to 16.
     pub terms: u32,
@@ -101,9 +103,8 @@ impl SoftGi {
         if !(2..=5).contains(&self.order) {
             return refuse("order", format!("{} is not from 2 to 5", self.order));
         }
-        let most = if self.exponential == Exponential::Taylor { 1.0 } else { 0.5 };
-        if !(self.tau >= 0.0625 && self.tau <= most) {
-            return refuse("tau", format!("{} is not from 0.0625 to {most}", self.tau));
+        if !(self.tau >= 0.0625 && self.tau <= 1.0) {
+            return refuse("tau", format!("{} is not from 0.0625 to 1", self.tau));
         }
         if !(2..=16).contains(&self.terms) {
             return refuse("terms", format!("{} is not from 2 to 16", self.terms));
@@ -153,7 +154,7 @@ mod tests {
             ("order", |s| s.order = 1),
             ("order", |s| s.order = 6),
             ("tau", |s| s.tau = f32::NAN),
-            ("tau", |s| s.tau = 0.75),
+            ("tau", |s| s.tau = 1.5),
             ("terms", |s| s.terms = 1),
             ("shadow-reach", |s| s.shadow_reach = Some(0.5)),
             ("light-reach", |s| s.light_reach = f32::INFINITY),
@@ -169,8 +170,6 @@ mod tests {
             assert_eq!(settings.check(512, 512).unwrap_err().knob, knob);
         }
         assert!(SoftGi { receiver_scale: 1, ..SoftGi::default() }.check(4096, 4096).is_err());
-        assert!(
-            SoftGi { exponential: Exponential::Taylor, tau: 1.0, ..SoftGi::default() }.check(8, 8).is_ok()
-        );
+        assert!(SoftGi { tau: 1.0, ..SoftGi::default() }.check(8, 8).is_ok());
     }
 }

@@ -103,6 +103,7 @@ fn gather<B: Backend>(
         depth_deviation: settings.depth_deviation,
         normal_deviation: settings.normal_deviation,
         specular_deviation: settings.specular_deviation,
+        specular_exponent: settings.specular_exponent.unwrap_or(0.0),
         capacity: lists.capacity,
         flags: if settings.gather == Gather::Share { GATHER_SHARE } else { 0 },
         trust: settings.trust,

@@ -93,6 +93,8 @@ pub struct VisibilityFilter {
     pub normal_deviation: f32,
     /// σ_θ of eq. 7 for the specular lobe, 0.001 to 0.3; 0 weighs by the surface's own lobe.
     pub specular_deviation: f32,
+    /// n of eq. 7 for all surfaces, 0.1 to 10⁵; if none, for each the one by which eq. 7 is half where the surface's lobe is.
+    pub specular_exponent: Option<f32>,
 }
 
 impl Default for VisibilityFilter {
@@ -120,6 +122,7 @@ impl Default for VisibilityFilter {
             depth_deviation: 0.01,
             normal_deviation: 0.1,
             specular_deviation: 0.0,
+            specular_exponent: None,
         }
     }
 }
@@ -258,6 +261,12 @@ impl VisibilityFilter {
         if self.specular_deviation != 0.0 {
             finite("specular-deviation", self.specular_deviation, 1.0e-3, 0.3)?;
         }
+        if let Some(exponent) = self.specular_exponent {
+            finite("specular-exponent", exponent, 0.1, 1.0e5)?;
+            if self.specular_deviation == 0.0 {
+                return refuse("specular-exponent", "it is that of --specular-deviation: give both".into());
+            }
+        }
         Ok(())
     }
 }
@@ -285,7 +294,7 @@ mod tests {
         }
         assert!(VisibilityFilter::preset("paper-teapot").is_none());
         type Spoil = fn(&mut VisibilityFilter);
-        let spoilt: [(&str, Spoil); 13] = [
+        let spoilt: [(&str, Spoil); 15] = [
             ("proxies", |s| s.proxies = 0),
             ("proxies", |s| s.proxies = MAX_PROXIES + 1),
             ("rays", |s| s.rays = 0),
@@ -301,6 +310,8 @@ mod tests {
             ("overlap", |s| s.overlap = f32::NAN),
             ("near-range", |s| s.near_range = Some(f32::INFINITY)),
             ("specular-deviation", |s| s.specular_deviation = 0.9),
+            ("specular-exponent", |s| s.specular_exponent = Some(8.0)),
+            ("specular-exponent", |s| (s.specular_deviation, s.specular_exponent) = (0.1, Some(f32::NAN))),
         ];
         for (knob, spoil) in spoilt {
             let mut settings = VisibilityFilter::default();

@@ -13,7 +13,7 @@ use twinlight::technique::soft_gi::{
 use twinlight_kernels::passes;
 use twinlight_kernels::passes::elements::*;
 use twinlight_kernels::passes::soft_gi::{
-    AVERAGED, AVERAGED_FIT, EXACT, HYBRID, OPTIMAL_LINEAR, POINT, SERIES, TAYLOR,
+    AVERAGED, AVERAGED_FIT, EXACT, HYBRID, OPTIMAL_LINEAR, POINT, PRODUCT, SERIES, TAYLOR,
 };
 
 /// Receivers in a row and rows: as many as the scenes' pixels.
@@ -192,18 +192,31 @@ pub fn accumulate_occlusion(draw: &mut Draw) -> Vec<case::accumulate_occlusion> 
     Soft::all(draw).into_iter().map(of).collect()
 }
 
+pub fn multiply_visibility(draw: &mut Draw) -> Vec<case::multiply_visibility> {
+    let of = |s: Soft| case::multiply_visibility {
+        launch: items(&s.label(), PIXELS as usize),
+        params: SoftParams { exponential: PRODUCT, ..s.params },
+        surfaces: s.surfaces,
+        proxies: s.proxies,
+        starts: s.starts,
+        counts: s.counts,
+        lists: s.lists,
+    };
+    Soft::all(draw).into_iter().take(4).map(of).collect()
+}
+
 macro_rules! exponentials {
     ($($name:ident, $order:literal;)*) => {$(
         pub fn $name(draw: &mut Draw) -> Vec<case::$name> {
             let [a, _] = worlds(draw).map(|w| w.surfaces);
-            [HYBRID, OPTIMAL_LINEAR, SERIES, TAYLOR]
+            [(HYBRID, 0.5), (HYBRID, 1.0), (OPTIMAL_LINEAR, 0.5), (SERIES, 0.5), (TAYLOR, 0.5)]
                 .into_iter()
-                .map(|exponential| {
+                .map(|(exponential, tau)| {
                     let s = Soft::new(draw, a.clone(), $order, exponential, POINT);
                     let table = optimal_linear_table($order);
                     case::$name {
-                        launch: items(&format!("exponential {exponential}"), PIXELS as usize),
-                        params: SoftParams { pairs: table.len() as u32 / 2, ..s.params },
+                        launch: items(&format!("exponential {exponential}, τ {tau}"), PIXELS as usize),
+                        params: SoftParams { pairs: table.len() as u32 / 2, tau, ..s.params },
                         logarithms: s.logarithms,
                         table,
                     }

@@ -253,10 +253,11 @@ pub fn gather_diffuse(draw: &mut Draw) -> Vec<case::gather_diffuse> {
 pub fn gather_specular(draw: &mut Draw) -> Vec<case::gather_specular> {
     let mut cases = Vec::new();
     for c in Coarse::all(draw) {
-        for deviation in [0.0, 0.2] {
+        for (deviation, specular_exponent) in [(0.0, 0.0), (0.2, 0.0), (0.2, 12.0)] {
+            let params = gather_params(&c, 0, CLAMP_DISC, deviation);
             cases.push(case::gather_specular {
-                launch: launch(&format!("deviation {deviation}")),
-                params: gather_params(&c, 0, CLAMP_DISC, deviation),
+                launch: launch(&format!("deviation {deviation}, exponent {specular_exponent}")),
+                params: GatherVoxelsParams { specular_exponent, ..params },
                 surfaces: c.p.world.surfaces.clone(),
                 gloss: c.gloss.clone(),
                 headers: c.headers.clone(),

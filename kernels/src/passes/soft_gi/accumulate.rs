@@ -3,9 +3,20 @@
 use super::cull::tile_of;
 use super::{HYBRID, OPTIMAL_LINEAR, SERIES, SoftParams, SphereProxy};
 use crate::geometry::bvh::NO_TRIANGLE;
+use crate::math::clamp;
 use crate::passes::evaluate_sh::{ShVector, load, store};
 use crate::passes::surface::Surface;
-use crate::sh::{self, UNIT};
+use crate::sh::{self, Blocker, UNIT};
+use glam::{Vec3, Vec4};
+
+/// A proxy as a receiver at `p` with normal `n` meets it, its key, and how much it counts.
+#[inline]
+fn met(params: &SoftParams, sphere: Vec4, p: Vec3, n: Vec3, least: f32) -> (Blocker, f32, f32) {
+    let b = sh::blocker(sphere.truncate(), sphere.w, p, n, params.fade);
+    let u = sh::occlusion_key(b.alpha);
+    let weight = b.weight * sh::influence_weight(u, least, 2.0);
+    (b, u, weight)
+}
 
 /// The sum over the receiver's proxies.
 #[inline]
@@ -26,9 +37,7 @@ fn logarithms<const N: usize, const B: usize>(
     let mut sum = [0.0; N];
     for k in 0..count {
         let sphere = proxies[lists[(first + k) as usize] as usize].sphere;
-        let b = sh::blocker(sphere.truncate(), sphere.w, p, n, params.fade);
-        let u = sh::occlusion_key(b.alpha);
-        let weight = b.weight * sh::influence_weight(u, least, 2.0);
+        let (b, u, weight) = met(params, sphere, p, n, least);
         if weight > 0.0 {
             let zonal = sh::log_occlusion::<B>(table, params.entries, u);
             let turned = sh::rotate_zonal::<B, N>(&zonal, b.direction);
@@ -64,11 +73,69 @@ pub fn accumulate_occlusion(
     }
 }
 
+/// The product over the receiver's proxies, each of which covers `weight` of its cap, in the feasible ball after each.
+#[inline]
+fn chain<const N: usize, const B: usize>(
+    index: u32,
+    params: &SoftParams,
+    s: &Surface,
+    proxies: &[SphereProxy],
+    starts: &[u32],
+    counts: &[u32],
+    lists: &[u32],
+) -> ShVector {
+    let tile = tile_of(index, params);
+    let (first, count) = (starts[tile as usize], counts[tile as usize]);
+    let (p, n) = (s.position.truncate(), s.normal.truncate());
+    let least = sh::influence_key(params.shadow_reach);
+    let mut seen = [0.0; N];
+    seen[0] = UNIT;
+    // Of small proxies √4π − g₀ would have lost its digits.
+    let mut covered = 0.0;
+    for k in 0..count {
+        let sphere = proxies[lists[(first + k) as usize] as usize].sphere;
+        let (b, _, weight) = met(params, sphere, p, n, least);
+        if weight > 0.0 {
+            let cap = sh::rotate_zonal::<B, N>(&sh::cap::<B>(b.alpha), b.direction);
+            let taken = sh::product(&seen, &cap);
+            covered += weight * taken[0];
+            seen = sh::clamp_to_feasible(&sh::add_scaled(&seen, &taken, -weight));
+        }
+    }
+    let mut out = store(&seen);
+    out.c24.w = clamp(covered, 0.0, UNIT);
+    out
+}
+
+/// Returns the visibility of receiver `index` as the product of that past each of its proxies, in the order of their numbers; w of
+/// `c24` is what they cover of the first coefficient. A product for each proxy, and no table: what exponentials of sums stand for.
+#[inline]
+pub fn multiply_visibility(
+    index: u32,
+    params: &SoftParams,
+    surfaces: &[Surface],
+    proxies: &[SphereProxy],
+    starts: &[u32],
+    counts: &[u32],
+    lists: &[u32],
+) -> ShVector {
+    let s = &surfaces[index as usize];
+    if s.triangle == NO_TRIANGLE {
+        return store(&[UNIT, 0.0, 0.0, 0.0]);
+    }
+    match params.order {
+        2 => chain::<4, 2>(index, params, s, proxies, starts, counts, lists),
+        3 => chain::<9, 3>(index, params, s, proxies, starts, counts, lists),
+        4 => chain::<16, 4>(index, params, s, proxies, starts, counts, lists),
+        _ => chain::<25, 5>(index, params, s, proxies, starts, counts, lists),
+    }
+}
+
 /// The visibility of a sum of logarithms; the last number is what is covered of the first coefficient.
 #[inline]
 fn visibility<const N: usize>(params: &SoftParams, f: &[f32; N], table: &[f32]) -> ShVector {
     let g = if params.exponential == HYBRID {
-        sh::hybrid(f, params.tau)
+        sh::hybrid_with_table(f, params.tau, table, params.pairs)
     } else if params.exponential == OPTIMAL_LINEAR {
         sh::clamp_to_feasible(&sh::optimal_linear(f, table, params.pairs))
     } else if params.exponential == SERIES {

@@ -1,7 +1,7 @@
 //! Soft shadows and inter-reflection by spherical proxies under light in spherical harmonics. Sloan et al. 2007 (SGI).
 //!
 //! [`cull`] lists for each tile of receivers the proxies that reach it, [`accumulate`] adds the logarithms of their
-//! visibility up and takes the exponential, [`indirect`] adds up what they reflect, [`shade`] puts both together.
+//! visibility up and takes the exponential (or multiplies them), [`indirect`] adds up what they reflect, [`shade`] puts both together.
 
 pub mod accumulate;
 pub mod cull;
@@ -18,6 +18,9 @@ pub const OPTIMAL_LINEAR: u32 = 1;
 pub const SERIES: u32 = 2;
 /// [`SoftParams::exponential`]: scaling, a series of three terms, squaring.
 pub const TAYLOR: u32 = 3;
+
+/// [`SoftParams::exponential`]: none, visibilities are multiplied.
+pub const PRODUCT: u32 = 4;
 
 /// [`SoftParams::operator`]: radiance in the middle of the proxy.
 pub const POINT: u32 = 0;
@@ -56,7 +59,7 @@ gpu_struct! {
         pub proxies: u32,
         /// Order of shadows, 2 to 5.
         pub order: u32,
-        /// [`HYBRID`], [`OPTIMAL_LINEAR`], [`SERIES`] or [`TAYLOR`].
+        /// [`HYBRID`], [`OPTIMAL_LINEAR`], [`SERIES`], [`TAYLOR`] or [`PRODUCT`].
         pub exponential: u32,
         /// Terms of the series.
         pub terms: u32,

@@ -69,12 +69,12 @@ gpu_struct! {
         pub lights: u32,
         /// Number of sides: twice the proxies.
         pub sides: u32,
+        /// n of eq. 7 for all surfaces; 0 takes it from each surface's lobe.
+        pub specular_exponent: f32,
         /// Padding.
         pub pad0: u32,
         /// Padding.
         pub pad1: u32,
-        /// Padding.
-        pub pad2: u32,
     }
 }
 
