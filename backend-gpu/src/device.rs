@@ -1,6 +1,7 @@
 //! Which device runs the passes, and what may be asked of it?
 
 use crate::dispatch::{ARENA_BYTES, Arena, Pipeline};
+use crate::float_controls::may_preserve;
 use crate::timing::Timestamps;
 use crate::{Arithmetic, GpuError, Probe, Variant};
 use std::collections::HashMap;
@@ -28,6 +29,8 @@ pub struct Gpu {
     pub(crate) timestamps: Timestamps,
     pub(crate) allocations: Option<Vec<(&'static str, String, u64)>>,
     pub(crate) lost: Arc<Mutex<Option<String>>>,
+    /// Strict modules declare that NaN, infinities and the sign of zero matter.
+    pub(crate) preserves: bool,
     adapter: wgpu::AdapterInfo,
     probe: Option<Probe>,
 }
@@ -138,7 +141,9 @@ impl Gpu {
         let arena = Arena::new(&device);
         let timestamps = Timestamps::new(&device, &queue);
         let adapter = device.adapter_info();
+        let preserves = may_preserve(&device);
         Ok(Self {
+            preserves,
             limits,
             variant: Variant::Fast,
             pipelines: HashMap::new(),

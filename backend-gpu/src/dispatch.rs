@@ -1,6 +1,7 @@
 //! How does one pass get its pipeline, its parameters and its place in the command stream?
 
 use crate::buffer::RawBuffer;
+use crate::float_controls::preserve;
 use crate::{Gpu, GpuError, Variant, modules};
 use std::borrow::Cow;
 use twinlight_kernels::passes::PassInfo;
@@ -207,6 +208,7 @@ impl Gpu {
                 source: wgpu::ShaderSource::SpirV(Cow::Owned(words)),
             });
         }
+        let words = if self.preserves { preserve(&words) } else { words };
         let descriptor = wgpu::ShaderModuleDescriptorPassthrough {
             label: Some(pass.name),
             entry_points: Cow::Owned(vec![wgpu::PassthroughShaderEntryPoint {
@@ -216,7 +218,7 @@ impl Gpu {
             spirv: Some(Cow::Owned(words)),
             ..Default::default()
         };
-        // SAFETY: the module is one of the committed ones: valid by spirv-val, its bindings those of the layout
+        // SAFETY: the module is one of the committed ones: valid by spirv-val (with the mode too), its bindings those of the layout
         // made from the same list, and its accesses checked against the bound lengths.
         unsafe { self.device.create_shader_module_passthrough(descriptor) }
     }

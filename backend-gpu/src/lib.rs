@@ -8,6 +8,7 @@ mod buffer;
 mod device;
 mod dispatch;
 mod error;
+mod float_controls;
 mod modules;
 mod passes;
 mod probe;

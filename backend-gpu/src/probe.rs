@@ -39,6 +39,8 @@ pub struct Probe {
     pub half: HalfRounding,
     /// Every elementary function gives the CPU's bits, with division and square root in software.
     pub elementary: bool,
+    /// The same for NaN and infinities. Pictures do not need it, as they have none.
+    pub specials: bool,
 }
 
 impl Probe {
@@ -84,7 +86,15 @@ fn pairs() -> (Vec<f32>, Vec<f32>) {
         x.push(f32::from_bits(a | (exponent(next()) << 23) | (next() & 0x8000_0000)));
         y.push(f32::from_bits(b | (exponent(next()) << 23)));
     }
+    x.push(0.0);
+    y.push(1.5);
     (x, y)
+}
+
+/// Every pair of NaN, infinities and a few other numbers.
+fn specials() -> (Vec<f32>, Vec<f32>) {
+    let values = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.0, -0.0, 1.0, -2.5, 1.0e30];
+    values.iter().flat_map(|x| values.iter().map(move |y| (x, y))).unzip()
 }
 
 /// Equal bits, any NaN equal to any NaN, −0 equal to 0, results below 2⁻¹²⁶ equal to 0.
@@ -107,6 +117,7 @@ impl Gpu {
             atomics: self.atomics_are_exact()?,
             half: self.half_rounding()?,
             elementary: false,
+            specials: false,
         };
         if !probe.passthrough {
             return Ok(probe);
@@ -119,9 +130,10 @@ impl Gpu {
         probe.sums_kept = self.agrees(function::ADD_SUBTRACT)?;
         probe.products_rounded = self.agrees(function::MULTIPLY_ADD)?;
         probe.conversions = self.agrees(function::FLOOR)? && self.agrees(function::TO_INTEGER)?;
-        probe.elementary = true;
+        (probe.elementary, probe.specials) = (true, true);
         for f in function::EXP2..=function::DIV {
             probe.elementary &= self.agrees(f)?;
+            probe.specials &= self.agrees_on(f, &specials())?;
         }
         probe.denormals = self.evaluate(function::MULTIPLY, &[1.0e-20], &[1.0e-20])?[0] != 0.0;
         self.set_variant(before);
@@ -189,10 +201,13 @@ impl Gpu {
     }
 
     fn agrees(&mut self, which: u32) -> Result<bool, GpuError> {
-        let (x, y) = pairs();
+        self.agrees_on(which, &pairs())
+    }
+
+    fn agrees_on(&mut self, which: u32, (x, y): &(Vec<f32>, Vec<f32>)) -> Result<bool, GpuError> {
         let params = ElementaryParams { function: which, ..Default::default() };
-        let got = self.evaluate(which, &x, &y)?;
-        Ok(got.iter().enumerate().all(|(i, &g)| same(g, evaluate_elementary(i as u32, &params, &x, &y))))
+        let got = self.evaluate(which, x, y)?;
+        Ok(got.iter().enumerate().all(|(i, &g)| same(g, evaluate_elementary(i as u32, &params, x, y))))
     }
 
     fn evaluate(&mut self, which: u32, x: &[f32], y: &[f32]) -> Result<Vec<f32>, GpuError> {

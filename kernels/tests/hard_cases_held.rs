@@ -46,6 +46,17 @@ fn proxies_that_cover_nothing_do_not_overlap() {
 }
 
 #[test]
+fn no_more_than_half_of_all_directions_is_covered() {
+    let all = 4.0 * std::f32::consts::PI;
+    // 256 proxies in one place, and what a cheap exponential says of them: 90 % of everything.
+    let (covered, solid_angle) = (0.9 * UNIT, 0.6 * all);
+    let share = overlap_share(covered, solid_angle);
+    assert!((share - 0.5 / 0.6).abs() < 1e-6, "{share}");
+    let usual = (covered * UNIT / solid_angle).min(1.0);
+    assert!(usual * solid_angle > 0.55 * all, "planted fault: proxies would send from below the surface");
+}
+
+#[test]
 fn light_too_faint_for_a_device_is_none() {
     let kept = without_faint(Vec4::new(1e-27, -1e-27, 0.5, 1e30));
     assert_eq!(kept, Vec4::new(1e-27, -1e-27, 0.5, 1e30));

@@ -93,13 +93,53 @@ fn class_weights(number: u32) -> [f32; 4] {
     std::array::from_fn(|class| if class as u32 == aside { 0.125 / (1 << aside) as f32 } else { 0.0 })
 }
 
+/// The optical depth along x of each voxel of the level above, of one leaf with a depth of `word`.
+fn above(d: &Dense, leaf: UVec3, word: u32) -> Vec<f32> {
+    let mut children = vec![0; 9usize.pow(3)];
+    children[(voxel_at(&d.blocks, DEPTH, 0, leaf) - d.first[0]) as usize] = word;
+    let params = d.params(DEPTH);
+    (0..d.points.len() as u32)
+        .map(|i| unpack_depths(filter_depths(i, &params, &d.points, &d.blocks, &children)).x)
+        .collect()
+}
+
 #[test]
-fn the_kernel_shares_out_everything_exactly() {
+fn each_child_counts_by_its_class() {
     let whole = (0..27).flat_map(class_weights).fold(0.0f32, |sum, w| sum + w);
     assert_eq!(whole, 1.0);
     // VCT's text lists three passes: centre, faces and corners.
     let published: f32 = (0..27).flat_map(|n| [0, 1, 3].map(|class| class_weights(n)[class])).sum();
     assert_eq!(published, 0.625, "planted fault: the twelve edges are forgotten");
+    let d = dense(DEPTH);
+    let index = (voxel_at(&d.blocks, DEPTH, 1, MIDDLE) - d.first[1]) as usize;
+    let word = pack_depths(Vec3::splat(0.1));
+    let depth = unpack_depths(word).x;
+    let (mut worst, mut of_even) = (0.0f32, 0.0f32);
+    for number in 0..27 {
+        let child = MIDDLE * 2 + UVec3::new(number % 3, number / 3 % 3, number / 9) - UVec3::ONE;
+        let got = above(&d, child, word)[index];
+        let weight: f32 = class_weights(number).iter().sum();
+        // Depths in twice as wide voxels are twice as large; what is averaged are opacities, here nearly the same.
+        worst = worst.max((got / (2.0 * depth * weight) - 1.0).abs());
+        of_even = of_even.max((got / (2.0 * depth / 27.0) - 1.0).abs());
+    }
+    println!("a child's share of the depth: within {worst:.3} of its class's weight");
+    assert!(worst < 0.08, "{worst}");
+    assert!(of_even > 0.5, "planted fault: equal weights for all 27 children");
+}
+
+#[test]
+fn nothing_of_a_leaf_is_lost() {
+    let d = dense(DEPTH);
+    let word = pack_depths(Vec3::splat(0.1));
+    // Between parents on no, one, two and three axes.
+    for leaf in [UVec3::new(4, 4, 4), UVec3::new(4, 4, 3), UVec3::new(5, 4, 3), UVec3::new(3, 5, 3)] {
+        // Faces above are four times as large.
+        let all = 4.0 * above(&d, leaf, word).iter().sum::<f32>() / unpack_depths(word).x;
+        println!("leaf {leaf}: {all:.3} of its depth times face");
+        // Depths are kept in steps, and opacities are averaged.
+        assert!((all - 1.0).abs() < 0.1, "{leaf}: {all}");
+    }
 }
 
 #[test]

@@ -60,6 +60,12 @@ fn positions_in_a_cell_share_a_hash() {
     assert_eq!(h, position_hash(p + Vec3::splat(1e-3), 10.0));
     assert_ne!(h, position_hash(p + Vec3::X * 0.1, 10.0));
     assert_eq!(position_hash(Vec3::ZERO, 1.0), position_hash(-Vec3::ZERO, 1.0));
+    // On either side of 0 lie other cells: truncated, −0.3 and 0.3 would share theirs.
+    for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+        assert_eq!((-0.3f32) as i32, 0.3f32 as i32, "planted fault");
+        assert_ne!(position_hash(axis * -0.3, 1.0), position_hash(axis * 0.3, 1.0));
+        assert_eq!(position_hash(axis * -0.3, 1.0), position_hash(axis * -0.9, 1.0));
+    }
     let mut random = Random::new(1);
     let hashes: HashSet<u32> = (0..20_000).map(|_| position_hash(random.point(1000.0), 100.0)).collect();
     assert!(hashes.len() > 19_990);

@@ -62,7 +62,8 @@ fn probe_text(p: &Probe) -> String {
     };
     format!(
         "  strict arithmetic: {strict}\n  SPIR-V unchanged {}, sums kept {}, products rounded {}, division exact {}, \
-         square root exact {}, denormals kept {}, conversions exact {}, integer atomics exact {}, halves rounded {}, elementary functions exact {}\n",
+         square root exact {}, denormals kept {}, conversions exact {}, integer atomics exact {}, halves rounded {}, elementary functions exact {}, \
+         NaN and infinities as on the CPU {}\n",
         yes(p.passthrough),
         yes(p.sums_kept),
         yes(p.products_rounded),
@@ -72,7 +73,8 @@ fn probe_text(p: &Probe) -> String {
         yes(p.conversions),
         yes(p.atomics),
         half_text(p.half),
-        yes(p.elementary)
+        yes(p.elementary),
+        yes(p.specials)
     )
 }
 
@@ -97,5 +99,6 @@ fn probe_json(p: &Probe) -> Value {
         "atomics": p.atomics,
         "half_rounding": half_text(p.half),
         "elementary": p.elementary,
+        "specials": p.specials,
     })
 }

@@ -193,8 +193,9 @@ fn a_moving_light_flickers_less_at_coarser_levels() {
     println!(
         "flicker and light, diffuse and specular: {sharp:?} at the finest level, {calm:?} from level 3 on, {sharpest:?} at the finest one alone"
     );
-    let most = |seen: [(f64, f64); 2]| seen.map(|part| part.0);
-    assert!(most(sharpest)[0] > 1.05 * most(sharp)[0], "{sharpest:?}, {sharp:?}");
+    // Narrow specular cones look up the finest level in either case.
+    let flicker = |[diffuse, _]: [(f64, f64); 2]| diffuse.0;
+    assert!(flicker(sharpest) > 1.03 * flicker(sharp), "{sharpest:?}, {sharp:?}");
     for (sharp, calm) in sharp.into_iter().zip(calm) {
         assert!(calm.0 < 0.95 * sharp.0, "{sharp:?}, {calm:?}");
         assert!((calm.1 / sharp.1 - 1.0).abs() < 0.1, "light: {sharp:?}, {calm:?}");

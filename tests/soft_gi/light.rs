@@ -67,7 +67,7 @@ fn the_operators_get_nearer_as_they_cost_more() {
 }
 
 #[test]
-fn exponentials_agree_with_the_product_where_balls_overlap() {
+fn exponentials_and_the_product_agree_with_rays_where_balls_overlap() {
     // Balls one behind the other as seen from the floor's middle.
     let mut s = floor_with((0..8).map(|i| sphere(v(0.2, 0.8 + 0.35 * i as f32, 0.1), 0.5, 0.0)).collect());
     s.environment = Environment::Constant(Vec3::ONE);

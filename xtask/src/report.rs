@@ -17,7 +17,7 @@ struct Subject {
     credit: &'static str,
 }
 
-const SUBJECTS: [Subject; 4] = [
+const SUBJECTS: [Subject; 6] = [
     Subject { folder: "cornell-box", scene: "cornell-box", file: None, pictures: "front", credit: "" },
     Subject {
         folder: "sponza",
@@ -34,6 +34,14 @@ const SUBJECTS: [Subject; 4] = [
         credit: "Sibenik Cathedral: Marko Dabrović (numbers only)",
     },
     Subject { folder: "spheres", scene: "spheres", file: None, pictures: "front", credit: "" },
+    Subject { folder: "cornell-glossy", scene: "cornell-glossy", file: None, pictures: "front", credit: "" },
+    Subject {
+        folder: "dragon",
+        scene: "dragon.glb --eye=0.6,1.2,2.4 --target=0,0.45,0 --fov=40 --fit-spheres 64 --daylight 0.5,0.6,0.4 --no-scene-lights",
+        file: Some("dragon.glb"),
+        pictures: "none",
+        credit: "Stanford dragon: Stanford Computer Graphics Laboratory (numbers only)",
+    },
 ];
 
 /// Measures everything again, on the CPU or the GPU, and writes `docs/tradeoff` and the README's table.

@@ -318,7 +318,7 @@ macro_rules! for_each_pass {
             map accumulate_occlusion(SoftParams; 1 surfaces: Surface, 2 proxies: SphereProxy, 3 starts: u32,
                 4 counts: u32, 5 lists: u32, 6 table: f32) -> 7 logarithms: ShVector,
                 Tolerance::Relative { relative: 1e-4, absolute: 1e-4, flips: 0.0 };
-            // As squaring does, each product doubles relative errors.
+            // Each product adds its factor's error.
             /// Visibility past proxies, multiplied.
             map multiply_visibility(SoftParams; 1 surfaces: Surface, 2 proxies: SphereProxy, 3 starts: u32,
                 4 counts: u32, 5 lists: u32) -> 6 occlusion: ShVector,

@@ -142,7 +142,8 @@ pub fn product_series<const N: usize>(f: &[f32; N], terms: u32) -> [f32; N] {
     square_up(&sum, 0, is_finite(f))
 }
 
-/// Returns √4π − g₀ for g = [`hybrid`]`(f, tau)`: what all blockers cover, without cancellation for small ones.
+/// Returns √4π − g₀ for g = [`hybrid`]`(f, tau)`, or with a table and any `tau` (small norms have none of it): what all blockers cover,
+/// without cancellation for small ones.
 ///
 /// 3e-6 relative for one blocker of α ≤ 0.2, where the difference has lost up to 8e-4. SGI eq. 12 divides by it.
 #[inline]

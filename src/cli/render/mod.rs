@@ -249,8 +249,7 @@ fn check_request(a: &RenderArguments, technique: Technique) -> Result<(), Failur
         _ => &[],
     };
     a.knobs.check(of, &name(technique))?;
-    let gathers = of.iter().any(|&t| t != Of::SoftGi);
-    if a.upsampling != UpsamplingChoice::Bilateral && !gathers {
+    if a.upsampling != UpsamplingChoice::Bilateral && of.is_empty() {
         return Err(Failure::Request(format!(
             "--upsampling does nothing for --technique {}; leave it out",
             name(technique)

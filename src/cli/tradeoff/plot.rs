@@ -1,6 +1,7 @@
 //! How does error go with time? Drawn for a scene, over logarithmic axes.
 
 use super::record::{Point, SceneRecord};
+use crate::report::pareto::pareto_front;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
@@ -12,10 +13,11 @@ pub(super) enum Up {
     Indirect,
     All,
     Flip,
+    FlipIndirect,
 }
 
 impl Up {
-    pub(super) const ALL: [Self; 3] = [Self::Indirect, Self::All, Self::Flip];
+    pub(super) const ALL: [Self; 4] = [Self::Indirect, Self::All, Self::Flip, Self::FlipIndirect];
 
     /// Its part of the file's name.
     pub(super) fn name(self) -> &'static str {
@@ -23,6 +25,7 @@ impl Up {
             Self::Indirect => "indirect",
             Self::All => "all",
             Self::Flip => "flip",
+            Self::FlipIndirect => "flip-indirect",
         }
     }
 
@@ -31,6 +34,7 @@ impl Up {
             Self::Indirect => "relative RMSE of indirect light, %",
             Self::All => "relative RMSE of all light, %",
             Self::Flip => "mean HDR-FLIP of all light",
+            Self::FlipIndirect => "mean HDR-FLIP of indirect light",
         }
     }
 
@@ -39,6 +43,7 @@ impl Up {
             Self::Indirect => p.indirect.map(|e| 100.0 * e.relative_rmse),
             Self::All => p.all.map(|e| 100.0 * e.relative_rmse),
             Self::Flip => p.flip,
+            Self::FlipIndirect => p.flip_indirect,
         }
     }
 }
@@ -106,8 +111,7 @@ fn chart(
         .light_line_style(WHITE)
         .bold_line_style(RGBColor(225, 225, 225))
         .draw()?;
-    let mut front: Vec<_> =
-        placed.iter().filter(|p| p.0.pareto && on_front(scene, up)).map(|p| p.1).collect();
+    let mut front = front_of(placed);
     front.sort_by(|a, b| a.0.total_cmp(&b.0));
     // What is on it holds until the next is dear enough.
     let steps: Vec<_> =
@@ -147,9 +151,11 @@ fn chart(
     Ok(())
 }
 
-/// Whether the marked front is that of this error.
-fn on_front(scene: &SceneRecord, up: Up) -> bool {
-    (scene.axis == "all") == (up == Up::All) && up != Up::Flip
+/// The places of techniques that no other beats; the path tracer is what they are compared with.
+fn front_of(placed: &[(&Point, (f64, f64))]) -> Vec<(f64, f64)> {
+    let of = |p: &(&Point, (f64, f64))| if p.0.technique == "reference" { (f64::NAN, f64::NAN) } else { p.1 };
+    let places: Vec<_> = placed.iter().map(of).collect();
+    places.iter().zip(pareto_front(&places)).filter(|(_, front)| *front).map(|(place, _)| *place).collect()
 }
 
 /// Rounded to three digits, without the zeros after them.

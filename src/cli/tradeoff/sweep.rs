@@ -39,6 +39,7 @@ const fn glossy(name: &'static str, values: &'static [&'static str]) -> Knob {
     Knob { name, values, needs: Needs::Gloss }
 }
 
+const UPSAMPLING: Knob = knob("upsampling", &["bilinear", "nearest"]);
 const ARITHMETIC: Knob = Knob { name: "arithmetic", values: &["strict"], needs: Needs::Gpu };
 
 const VISIBILITY_FILTER: Sweep = Sweep {
@@ -52,13 +53,14 @@ const VISIBILITY_FILTER: Sweep = Sweep {
         "--rays 256 --proxies 240000 --illumination {1} --marching {1/2} --grid 16",
     ],
     knobs: &[
+        ARITHMETIC,
+        UPSAMPLING,
         knob("proxies", &["5000", "15000", "30000", "120000", "240000", "480000"]),
         knob("overlap", &["1", "2", "8"]),
         knob("grid", &["6", "12", "16", "32", "64"]),
         knob("rays", &["4", "16", "32", "128", "256"]),
         knob("marching", &["{1/16}", "{1/8}", "{1/2}"]),
         knob("illumination", &["{1/8}", "{1/4}", "{1}"]),
-        knob("upsampling", &["bilinear", "nearest"]),
         knob("filter", &["1", "3", "5", "9"]),
         knob("filter-depth", &["0.002", "0.1"]),
         knob("filter-normal", &["0", "0.5", "0.98"]),
@@ -75,7 +77,6 @@ const VISIBILITY_FILTER: Sweep = Sweep {
         glossy("specular-deviation", &["0.03", "0.1", "0.3"]),
         glossy("specular-exponent", &["8 --specular-deviation 0.1", "64 --specular-deviation 0.1"]),
         glossy("proxy-gloss", &["false"]),
-        ARITHMETIC,
     ],
 };
 
@@ -90,6 +91,8 @@ const VOXEL_CONES: Sweep = Sweep {
         "--resolution 256 --cones 64 --illumination {1} --interleave false",
     ],
     knobs: &[
+        ARITHMETIC,
+        UPSAMPLING,
         knob("resolution", &["32", "64", "256", "512"]),
         knob("cones", &["1", "3", "9", "32", "64"]),
         knob("half-angle", &["15", "30", "45", "60"]),
@@ -104,9 +107,7 @@ const VOXEL_CONES: Sweep = Sweep {
         knob("radiance-storage", &["unorm8", "fixed", "half", "float"]),
         knob("photons", &["128", "256", "512", "2048"]),
         knob("illumination", &["{1/8}", "{1/4}", "{1}"]),
-        knob("upsampling", &["bilinear", "nearest"]),
         glossy("specular-half-angle", &["5", "10", "20", "45"]),
-        ARITHMETIC,
     ],
 };
 
@@ -120,6 +121,8 @@ const LAYERED_RSM: Sweep = Sweep {
         "--resolution 512 --cones 32 --rsm 1024",
     ],
     knobs: &[
+        ARITHMETIC,
+        UPSAMPLING,
         knob("resolution", &["32", "64", "256", "512"]),
         knob("rsm", &["64", "128", "256", "1024", "2048"]),
         knob("depth-layers", &["1", "4", "8"]),
@@ -133,16 +136,16 @@ const LAYERED_RSM: Sweep = Sweep {
         knob("footprint", &["0.5", "2"]),
         knob("weights", &["opacity"]),
         knob("opacity", &["mean"]),
-        knob("cones", &["3", "32", "64"]),
-        knob("half-angle", &["15", "30", "45"]),
+        knob("cones", &["1", "3", "9", "32", "64"]),
+        knob("half-angle", &["15", "30", "45", "60"]),
         knob("step", &["0.25", "0.5", "2"]),
-        knob("voxel-width", &["0.25", "1"]),
+        knob("voxel-width", &["0.25", "1", "2"]),
+        knob("start", &["0.5", "2", "4"]),
+        knob("clearance", &["0", "1", "4"]),
         knob("cutoff", &["0.1", "0.001"]),
         knob("interleave", &["false"]),
         knob("illumination", &["{1/8}", "{1/4}", "{1}"]),
-        knob("upsampling", &["bilinear", "nearest"]),
         glossy("specular-half-angle", &["5", "10", "20", "45"]),
-        ARITHMETIC,
     ],
 };
 
@@ -155,6 +158,8 @@ const SOFT_GI: Sweep = Sweep {
         "--order 5 --receiver-scale 1 --operator exact --light-reach 30 --shadow-reach 30",
     ],
     knobs: &[
+        ARITHMETIC,
+        UPSAMPLING,
         knob("order", &["2", "3", "5"]),
         knob(
             "exponential",
@@ -172,7 +177,6 @@ const SOFT_GI: Sweep = Sweep {
             values: &["8", "16", "32", "64", "128", "256", "512"],
             needs: Needs::Fitted,
         },
-        ARITHMETIC,
     ],
 };
 
@@ -195,7 +199,7 @@ const fn stage(
 }
 
 /// The stages that settings make exact, or as exact as they can be.
-pub(super) const STAGES: [Stage; 21] = [
+pub(super) const STAGES: [Stage; 22] = [
     stage("visibility-filter", "upsampling", "light gathered at every pixel", "--illumination {1}"),
     stage("visibility-filter", "coarse pixels", "rays from every pixel", "--marching {1}"),
     stage("visibility-filter", "number of rays", "1024 rays", "--rays 1024"),
@@ -221,6 +225,7 @@ pub(super) const STAGES: [Stage; 21] = [
     stage("soft-gi", "order of harmonics", "5", "--order 5"),
     stage("soft-gi", "mean light of a proxy", "as it is distributed", "--operator exact"),
     stage("soft-gi", "reach", "1000 radii", "--shadow-reach 1000 --light-reach 1000"),
+    stage("soft-gi", "exponential", "τ = 1/16", "--tau 0.0625"),
     stage("soft-gi", "sum of logarithms", "product of visibilities", "--exponential product"),
 ];
 

@@ -145,7 +145,7 @@ impl<B: Backend> LayeredMaps<B> {
             split(backend, &own, &map.texels, &mut layers)?;
             host.push(own);
         }
-        // All levels are made, so that it does not matter to the layers how they are looked up.
+        // All levels are made: the layers do not depend on how they are looked up.
         let levels = settings.most_level.map_or(u32::MAX, |most| most + 1);
         host.iter_mut().for_each(|map: &mut LayeredMap| map.level = map.level.min(levels));
         let none = [LayeredMap::default()];

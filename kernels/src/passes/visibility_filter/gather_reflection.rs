@@ -24,7 +24,7 @@ struct Lobe {
     exponent: f32,
     /// σ_θ, 0 for the Phong lobe.
     deviation: f32,
-    /// The exponent of eq. 7 over the lobe's: with which it is half where the Phong lobe is, or 1 where that is given.
+    /// The exponent with which eq. 7 is half where the Phong lobe is, over that lobe's.
     filter_exponent: f32,
     disc_radius: f32,
 }
@@ -41,12 +41,15 @@ impl Lobe {
         let deviation = params.specular_deviation;
         // cosᶯ = 1 − 1.1774 σ where cosⁿ = ½.
         let half = 1.0 - 1.177_41 * min(deviation, 0.5);
+        let filter_exponent = -log2(half);
         let given = params.specular_exponent > 0.0 && deviation > 0.0;
+        // A lobe about as wide as eq. 7 with the exponent that is given.
+        let own = if given { div(params.specular_exponent, filter_exponent) } else { exponent };
         Self {
             mirror,
-            exponent: max(if given { params.specular_exponent } else { exponent }, 1.0e-3),
+            exponent: max(own, 1.0e-3),
             deviation,
-            filter_exponent: if given { 1.0 } else { -log2(half) },
+            filter_exponent,
             disc_radius: params.disc_radius,
         }
     }
