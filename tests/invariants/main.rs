@@ -1,4 +1,4 @@
-//! What must not change a picture? Every technique: units, places, axes, magnitudes of light, threads, machines.
+//! What must not change a picture? Every technique, and the path tracer: units, places, axes, magnitudes of light, threads, machines.
 //!
 //! `cargo test --test invariants -- --nocapture` prints the tables of `docs/numerics.md`.
 
@@ -7,6 +7,7 @@ mod support;
 
 mod energy;
 mod machines;
+mod paths;
 mod places;
 
 use glam::Vec3;

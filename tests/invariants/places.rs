@@ -24,25 +24,31 @@ fn allowed(technique: &Technique) -> [(f64, f64); 3] {
     }
 }
 
-#[test]
-fn units_places_and_axes_do_not_matter() {
+/// What a map is called, its turn, scale and shift, and which of [`allowed`] it is.
+type Map = (&'static str, Mat3, f32, Vec3, usize);
+
+pub fn maps() -> [Map; 6] {
     let swapped = Mat3::from_cols(Vec3::Y, Vec3::Z, Vec3::X);
     let slanted = Mat3::from_euler(EulerRot::XYZ, 0.4, 0.3, 0.2);
     let far = Vec3::new(3.0, -7.0, 11.0);
-    let maps = [
+    [
         ("moved", Mat3::IDENTITY, 1.0, far, 0),
         ("in millimetres", Mat3::IDENTITY, 1e3, Vec3::ZERO, 0),
         ("in kilometres", Mat3::IDENTITY, 1e-3, Vec3::ZERO, 0),
         ("axes swapped", swapped, 1.0, Vec3::ZERO, 1),
         ("turned by 90°", Mat3::from_rotation_y(FRAC_PI_2), 1.0, Vec3::ZERO, 1),
         ("turned about all axes", slanted, 1.0, Vec3::ZERO, 2),
-    ];
-    println!("| technique | {} |", maps.map(|m| m.0).join(" | "));
+    ]
+}
+
+#[test]
+fn units_places_and_axes_do_not_matter() {
+    println!("| technique | {} |", maps().map(|m| m.0).join(" | "));
     for (scene, technique) in subjects() {
         let base = render(&scene, &scene.view(), &technique);
         let mut row = String::new();
         let mut faults = Vec::new();
-        for (what, turn, scale, shift, kind) in maps {
+        for (what, turn, scale, shift, kind) in maps() {
             let (s, camera) = mapped(&scene, turn, scale, shift);
             let e = picture_error(&render(&s, &camera, &technique), &base).unwrap();
             row += &format!(" {:.4}, {:.1} % |", e.mean_ratio, 100.0 * e.relative_rmse);
@@ -61,7 +67,7 @@ fn units_places_and_axes_do_not_matter() {
     }
 }
 
-fn brighter(scene: &Scene, factor: f32) -> Scene {
+pub fn brighter(scene: &Scene, factor: f32) -> Scene {
     let mut s = scene.clone();
     s.lights.iter_mut().for_each(|l| l.intensity *= factor);
     if let Environment::Constant(c) = &mut s.environment {
@@ -70,7 +76,7 @@ fn brighter(scene: &Scene, factor: f32) -> Scene {
     s
 }
 
-fn scaled(picture: &Picture, factor: f32) -> Picture {
+pub fn scaled(picture: &Picture, factor: f32) -> Picture {
     let mut p = picture.clone();
     p.pixels.iter_mut().for_each(|x| *x *= factor);
     p
