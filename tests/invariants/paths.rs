@@ -6,12 +6,14 @@ use crate::support::{mapped, settings, trace, view};
 use glam::{Mat3, Vec3};
 use twinlight::report::error::picture_error;
 use twinlight::scene::{Camera, Scene};
-use twinlight::technique::reference::{Bounces, ReferenceResult};
+use twinlight::technique::reference::{Bounces, Reference, ReferenceResult};
 
 const SAMPLES: u32 = 64;
 
 fn traced(scene: &Scene, camera: &Camera) -> ReferenceResult {
-    trace(scene, &view(camera, SIDE, SIDE), &settings(Bounces::Count(2), SAMPLES))
+    // Lights alone: what surfaces emit is not scaled with them.
+    let settings = Reference { emissive: false, ..settings(Bounces::Count(2), SAMPLES) };
+    trace(scene, &view(camera, SIDE, SIDE), &settings)
 }
 
 #[test]
@@ -24,7 +26,7 @@ fn units_places_and_axes_do_not_matter() {
         let e = picture_error(&traced(&s, &camera).all(), &base).unwrap();
         row += &format!(" {:.4}, {:.1} % |", e.mean_ratio, 100.0 * e.relative_rmse);
         // Moved and scaled, paths are the same but where they pass edges; else they are others, and noise is what differs.
-        let (mean, rmse) = if kind == 0 { (2e-3, 0.06) } else { (0.02, 0.25) };
+        let (mean, rmse) = if kind == 0 { (2e-3, 0.06) } else { (0.02, 0.3) };
         assert!((e.mean_ratio - 1.0).abs() < mean && e.relative_rmse < rmse, "{what}: {e:?}");
     }
     println!("| reference |{row}");
