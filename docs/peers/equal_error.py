@@ -2,10 +2,12 @@
 """How long does Mitsuba's path tracer need for the error that each Twinlight technique has?
 
     equal_error.py --scenes FOLDER [--twinlight target/release/twinlight] [--only NAME] [--quick] [-o DIR]
+    equal_error.py --only soft-spheres [...]
 
-One bounce of indirect light on three scenes, 512 x 512 pixels on both sides, compared pixel by pixel; and, in a
-second table, averages of 128 x 128, where Mitsuba samples just the 128 x 128 pixels. Both are timed in turns within
-one run, on all cores. See README.md for the method. Needs mitsuba with LLVM, numpy, pillow, and a release build.
+One bounce of indirect light on three scenes, and all light of a soft sky on one that is made here; 512 x 512 pixels on
+both sides, compared pixel by pixel; and, in a second table, averages of 128 x 128, where Mitsuba samples just the
+128 x 128 pixels. Both are timed in turns within one run, on all cores. See README.md for the method. Needs mitsuba with
+LLVM, numpy, pillow, and a release build.
 """
 
 import argparse
@@ -13,6 +15,7 @@ import json
 import math
 import os
 import platform
+import re
 import statistics
 import subprocess
 import sys
@@ -22,11 +25,21 @@ import time
 try:
     import numpy as np
 
+    import soft_scene
     from compare_means import light_options, triple
-    from mitsuba_reference import Fail, build_scene, integrator, load_glb, mitsuba, read_exr, view_of
+    from equal_peer import Peer, check_mitsuba
+    from mitsuba_reference import Fail, mitsuba, read_exr
 except ImportError as e:
     print(f"equal_error: {e}; see docs/peers/README.md for what to install", file=sys.stderr)
     sys.exit(2)
+
+HEAD = """# Equal error: Mitsuba 3 beside Twinlight
+
+Written by `equal_error.py`; how it is measured: [README.md](README.md#equal-error).
+
+Ratio: Mitsuba's seconds over Twinlight's, above 1 where Twinlight is quicker. *: beyond measured samples, by
+1/√samples. >: more than four times them.
+"""
 
 SIDES = (512, 128)  # pixels along a side: as rendered, and averaged for the second table
 
@@ -40,11 +53,14 @@ SCENES = [
     {"name": "sibenik", "eye": [-14, 4, 0], "target": [10, 7, 0], "fov": 65,
      "light": {"kind": "point", "position": [0, 8, 0], "intensity": [120, 115, 100]},
      "visibility-filter": [], "samples": 64},
+    soft_scene.SCENE,
 ]
 
 
 def contestants(scene):
     """Technique and settings of each row; the path tracer, to tell what the technique does and what the program."""
+    if "contestants" in scene:
+        return scene["contestants"]
     filter_ = scene["visibility-filter"]
     return [("visibility-filter", filter_), ("visibility-filter", [*filter_, "--rays", "4"]),
             ("voxel-cones", []), ("voxel-cones", ["--resolution", "256"]), ("layered-rsm", []),
@@ -53,9 +69,11 @@ def contestants(scene):
 
 def twinlight(a, scene, technique, settings, output):
     """What the command says, with the seconds it says it took and the wall time of the whole process."""
-    command = [a.twinlight, "render", scene["file"], "--technique", technique, "--bounces", "1", "--only", "indirect",
+    light = "=".join(light_options(scene["light"]) if "light" in scene else ["--environment", scene["environment"]])
+    command = [a.twinlight, "render", scene["file"], "--technique", technique, "--bounces", "1",
+               "--only", scene.get("only", "indirect"),
                f"--eye={triple(scene['eye'])}", f"--target={triple(scene['target'])}", "--fov", str(scene["fov"]),
-               "--no-scene-lights", "=".join(light_options(scene["light"])), "--backend", "cpu", "--quiet", "--json",
+               "--no-scene-lights", light, "--backend", "cpu", "--quiet", "--json",
                "--size", f"{SIDES[0]}x{SIDES[0]}", "-o", output, *settings]
     start = time.perf_counter()
     run = subprocess.run(command, capture_output=True, text=True)
@@ -65,119 +83,6 @@ def twinlight(a, scene, technique, settings, output):
     out = json.loads(run.stdout)
     seconds = sum(p["ms"] for p in out["passes"]) * 1e-3 if "passes" in out else out["seconds"]
     return {**out, "seconds": seconds, "wall": wall}
-
-
-PROBE = """import mitsuba as mi
-mi.set_variant('llvm_ad_rgb')
-scene = mi.cornell_box(); scene['sensor']['film'].update(width=8, height=8)
-print(float(mi.render(mi.load_dict(scene), spp=1).array[0]))"""
-
-
-def check_mitsuba():
-    """In a process of its own, as an LLVM that is too old for Dr.Jit ends the process."""
-    run = subprocess.run([sys.executable, "-c", PROBE], capture_output=True, text=True)
-    if "No module named" in run.stderr:
-        raise Fail("mitsuba is not installed; see docs/peers/README.md")
-    if run.returncode:
-        raise Fail("Mitsuba's llvm_ad_rgb does not work here: install a newer LLVM library (such as libllvm19) and "
-                   "point DRJIT_LIBLLVM_PATH at it")
-
-
-def second_bounce(mi, dr, masked):
-    """An integrator of the indirect light of one bounce alone: three rays a path instead of the four of `path`, and
-    none of the noise of direct light. For lights without extent only: what the bounce hits is taken to emit nothing."""
-
-    class SecondBounce(mi.SamplingIntegrator):  # dr.syntax compiles anew: its functions see no variables of this one
-        def hole(self, si, active):
-            return active & si.is_valid() & (si.bsdf().eval_null_transmission(si, active).x > 0.5)
-
-        @dr.syntax
-        def nearest(self, scene, ray, active):
-            si = scene.ray_intersect(ray, active)
-            if self.masked:
-                hole = self.hole(si, active)
-                while hole:
-                    si = scene.ray_intersect(si.spawn_ray(ray.d), hole)
-                    hole = self.hole(si, hole)
-            return si
-
-        @dr.syntax
-        def blocked(self, scene, si, point, active):
-            ray = si.spawn_ray_to(point)
-            if not self.masked:
-                hit = scene.ray_test(ray, active)
-            else:
-                hit, going = active & False, active & True
-                while going:
-                    between = scene.ray_intersect(ray, going)
-                    hole = self.hole(between, going)
-                    hit |= going & between.is_valid() & ~hole
-                    ray = between.spawn_ray_to(point)
-                    going = hole
-            return hit
-
-        def sample(self, scene, sampler, ray, medium=None, active=True):
-            context = mi.BSDFContext()
-            first = self.nearest(scene, ray, mi.Bool(active))
-            active = first.is_valid() & active
-            way, weight = first.bsdf().sample(context, first, sampler.next_1d(active), sampler.next_2d(active), active)
-            active &= way.pdf > 0
-            second = self.nearest(scene, first.spawn_ray(first.to_world(way.wo)), active)
-            active &= second.is_valid()
-            light, incident = scene.sample_emitter_direction(second, sampler.next_2d(active), False, active)
-            seen = weight * incident * second.bsdf().eval(context, second, second.to_local(light.d), active)
-            active &= dr.any(seen > 0)  # no shadow ray where no light would come
-            active &= ~self.blocked(scene, second, light.p, active)
-            return dr.select(active, seen, 0), active, []
-
-    made = SecondBounce(mi.Properties())
-    made.masked = masked
-    return made
-
-
-class Peer:
-    """Mitsuba on one scene: references, and renderings with their time."""
-
-    def __init__(self, scene):
-        import drjit as dr
-        self.mi, self.dr, self.sensors = mitsuba("llvm_ad_rgb"), dr, {}
-        self.mi.set_log_level(self.mi.LogLevel.Error)  # no word on every number of samples that gets rounded
-        self.view = view_of({"up": [0, 1, 0], **scene})
-        self.scene, self.masked = build_scene(load_glb(scene["file"]), self.view, SIDES[:1] * 2)
-        self.stock = "volpath" if self.masked else "path"
-        direct, path = (integrator(self.mi, bounces, self.masked) for bounces in (0, 1))
-        self.methods = {  # integrator, what to subtract, sampler
-            self.stock: (path, direct, "independent"),
-            "bounce": (second_bounce(self.mi, dr, self.masked), None, "multijitter"),
-        }
-
-    def sensor(self, side, sampler):
-        if (side, sampler) not in self.sensors:
-            v, T = self.view, self.mi.ScalarTransform4f
-            self.sensors[side, sampler] = self.mi.load_dict({
-                "type": "perspective", "fov": float(v["fov"]), "fov_axis": "y", "near_clip": 1e-3, "far_clip": 1e5,
-                "to_world": T().look_at(origin=v["eye"], target=v["target"], up=v["up"]),
-                "film": {"type": "hdrfilm", "width": side, "height": side, "pixel_format": "rgb",
-                         "component_format": "float32", "rfilter": {"type": "box"}},
-                "sampler": {"type": sampler}})
-        return self.sensors[side, sampler]
-
-    def render(self, name, side, spp, seed):
-        """The indirect light, the seconds of the kernels (not of recording and compiling them), and the samples of a
-        pixel, which multijitter may round up. From the stock integrator's picture, that of the same seed without the
-        bounce is taken, untimed: its camera rays and light samples are the same, so direct light cancels exactly."""
-        whole, direct, sampler = self.methods[name]
-        sensor = self.sensor(side, sampler)
-        image = self.mi.render(self.scene, sensor=sensor, integrator=whole, spp=spp, seed=seed)
-        start = time.perf_counter()
-        self.dr.eval(image)
-        self.dr.sync_thread()
-        seconds = time.perf_counter() - start
-        picture = np.array(image, dtype=np.float64)[..., :3]
-        if direct is not None:
-            less = self.mi.render(self.scene, sensor=sensor, integrator=direct, spp=spp, seed=seed)
-            picture = picture - np.array(less, dtype=np.float64)[..., :3]
-        return picture, seconds, sensor.sampler().sample_count()
 
 
 def averaged(picture, side):
@@ -245,13 +150,16 @@ def climb(a, peer, name, side, halves, least):
 def measure(a, scene, folder):
     def say(text): print(f"{scene['name']}: {text}", file=sys.stderr, flush=True)
     say("references")
+    if scene is soft_scene.SCENE:
+        scene = {**scene, **soft_scene.write(folder)}
     output, full = os.path.join(folder, "picture.exr"), SIDES[0]
     samples, mine = a.samples or scene["samples"], []
     for seed in (977, 978):
         twinlight(a, scene, "reference", ["--samples", str(samples), "--seed", str(seed)], output)
         mine.append(read_exr(output))
-    peer = Peer(scene)
-    theirs = [peer.render("bounce", full, samples, 2_000_000 + i)[0] for i in range(2)]
+    peer = Peer(scene, soft_scene.mitsuba_sky() if "environment" in scene else None)
+    other = list(peer.methods)[-1]
+    theirs = [peer.render(other, full, samples, 2_000_000 + i)[0] for i in range(2)]
     mine, theirs = ({side: [averaged(h, side) for h in halves] for side in SIDES} for halves in (mine, theirs))
     rows = [{"technique": t, "settings": " ".join(s), "seconds": [], "wall": []} for t, s in contestants(scene)]
     points, last = {}, {}
@@ -286,8 +194,8 @@ def measure(a, scene, folder):
         "reference_mean_ratio": float(np.mean(mine[full]) / np.mean(theirs[full])),
         "references_apart": {side: relative(square(*mine[side], theirs[side]), theirs[side]) for side in SIDES},
         "stock_apart": pairs and relative(statistics.mean(square(*p, theirs[full]) for p in pairs), theirs[full])}
-    return {"scene": scene["name"], "samples": samples, "stock": peer.stock, "rows": rows, "checks": checks,
-            "methods": [{"side": side, "method": name, "points": of} for (side, name), of in points.items()]}
+    return {"scene": scene["name"], "samples": samples, "stock": peer.stock, "other": other, "rows": rows,
+            "checks": checks, "methods": [{"side": side, "method": name, "points": of} for (side, name), of in points.items()]}
 
 
 def equal(error, ours, points):
@@ -305,14 +213,15 @@ def number(x, digits=2):
 
 
 def table(result):
-    checks, stock, lines = result["checks"], result["stock"], [f"### {result['scene']}"]
+    checks, stock, other = (result[key] for key in ("checks", "stock", "other"))
+    lines = [f"### {result['scene']}", "", where(result)]
     for side in SIDES:
         lines += ["", f"Compared at {side} × {side}:", "",
                   f"| technique | settings | error | mean ratio | Twinlight s | `{stock}` samples | `{stock}` s "
-                  "| ratio (range) | `bounce` samples | `bounce` s | ratio |", "|---" * 11 + "|"]
+                  f"| ratio (range) | `{other}` samples | `{other}` s | ratio |", "|---" * 11 + "|"]
         for r in result["rows"]:
             cells = []
-            for p in (r[side][stock], r[side]["bounce"]):
+            for p in (r[side][stock], r[side][other]):
                 form = {"*": "{}\\*", ">": "> {}", "<": "< {}"}.get(p and p["mark"], "{}")
                 cells += [form.format(number(p and p[key], digits)) for key, digits in
                           (("samples", 3), ("seconds", 3), ("ratio", 2))]
@@ -334,6 +243,33 @@ def table(result):
         f"Mitsuba's reference at most samples: {means}."), ""])
 
 
+def where(result):
+    """One line on which machine, by what, and how a scene was measured."""
+    of, settings = result["machine"], result["settings"]
+    return (f"{of['date']}; {of['cpu']}, {of['cores']} cores; {of['twinlight']}, Mitsuba {of['mitsuba']} "
+            f"({of['variant']}, {of['mitsuba_threads']} threads); {settings['repeats']} turns, "
+            f"`--longest {settings['longest']:g}`.")
+
+
+def keep(folder, result):
+    """Writes a scene's result into the folder's files, where it takes the place of the scene's earlier one."""
+    file, text = (os.path.join(folder, "equal_error" + end) for end in (".json", ".md"))
+    results, sections = {}, {"head": HEAD}
+    if os.path.exists(file):
+        with open(file, encoding="utf-8") as f:
+            shared = json.load(f)  # machine and settings, of files from before scenes had their own
+            results = {r["scene"]: {**shared, **r} for r in shared.pop("scenes")}
+    if os.path.exists(text):
+        with open(text, encoding="utf-8") as f:
+            head, *others = re.split("(?m)^### ", f.read())
+        sections = {"head": head, **{s.split("\n")[0]: "### " + s for s in others}}
+    results[result["scene"]], sections[result["scene"]] = result, table(result)
+    with open(file, "w", encoding="utf-8") as f:
+        json.dump({"scenes": list(results.values())}, f, indent=1)
+    with open(text, "w", encoding="utf-8") as f:
+        f.write("\n\n".join(s.strip() for s in sections.values()) + "\n")
+
+
 def machine(a):
     import drjit as dr
     mi, cpu = mitsuba("llvm_ad_rgb"), platform.processor() or platform.machine()
@@ -341,53 +277,50 @@ def machine(a):
         with open("/proc/cpuinfo") as f:
             cpu = next((l.split(":", 1)[1].strip() for l in f if l.startswith("model name")), cpu)
     version = subprocess.run([a.twinlight, "--version"], capture_output=True, text=True).stdout.strip()
-    return {"cpu": cpu, "cores": len(os.sched_getaffinity(0)), "mitsuba_threads": dr.thread_count(),
-            "load_average": os.getloadavg()[0], "twinlight": version, "mitsuba": mi.__version__,
+    return {"date": time.strftime("%Y-%m-%d"), "cpu": cpu, "cores": len(os.sched_getaffinity(0)),
+            "mitsuba_threads": dr.thread_count(), "load_average": os.getloadavg()[0], "twinlight": version, "mitsuba": mi.__version__,
             "variant": mi.variant(), "drjit": dr.__version__, "python": platform.python_version()}
 
 
 def main():
     ap = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     beside = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../target/release/twinlight")
-    ap.add_argument("--scenes", required=True, help="folder of cornell-original.glb, sponza.glb, sibenik.glb")
+    ap.add_argument("--scenes", help="folder of cornell-original.glb, sponza.glb, sibenik.glb; soft-spheres needs none")
     ap.add_argument("--twinlight", default=os.path.normpath(beside))
     ap.add_argument("--only", action="append", choices=[s["name"] for s in SCENES], help="this scene; repeatable")
     ap.add_argument("--samples", type=int, help="paths a pixel of each half of the references (64; Cornell 128)")
     ap.add_argument("--repeats", type=int, help="turns, each with other seeds for Mitsuba (3)")
     ap.add_argument("--longest", type=float, help="seconds that one rendering of Mitsuba's may take (10)")
     ap.add_argument("--quick", action="store_true", help="16 paths, 1 turn, 2 seconds: to try it out")
-    ap.add_argument("-o", "--output", help="folder for equal_error.json and equal_error.md")
+    ap.add_argument("-o", "--output", help="folder of equal_error.json and equal_error.md; other scenes in them stay")
     a = ap.parse_args()
     for name, value, quick in (("samples", None, 16), ("repeats", 3, 1), ("longest", 10.0, 2.0)):
         if getattr(a, name) is None:
             setattr(a, name, quick if a.quick else value)
     if (a.samples is not None and not 4 <= a.samples <= 4096) or a.repeats < 1 or not 0 < a.longest < 3600:
         raise Fail("--samples must be from 4 to 4096, --repeats at least 1, and --longest above 0 and below 3600")
-    scenes = [{**s, "file": os.path.join(a.scenes, s["name"] + ".glb")} for s in SCENES
-              if not a.only or s["name"] in a.only]
+    scenes = [s for s in SCENES if not a.only or s["name"] in a.only]
+    if a.scenes is None and scenes != [soft_scene.SCENE]:
+        raise Fail(f"--scenes FOLDER is needed, except with --only {soft_scene.SCENE['name']}")
+    scenes = [s if s is soft_scene.SCENE else {**s, "file": os.path.join(a.scenes, s["name"] + ".glb")}
+              for s in scenes]
     for path, hint in ((a.twinlight, "run 'cargo build --release', or give --twinlight PATH"),
-                       *((s["file"], "choose scenes with --only, or another folder with --scenes") for s in scenes)):
+                       *((s["file"], "choose scenes with --only, or another folder with --scenes") for s in scenes if "file" in s)):
         if not os.path.isfile(path):
             raise Fail(f"{path} is not there; {hint}")
     check_mitsuba()
 
-    of = machine(a)
-    head = (f"{of['cpu']}, {of['cores']} cores; {of['twinlight']}, Mitsuba {of['mitsuba']} ({of['variant']}, "
-            f"{of['mitsuba_threads']} threads); {a.repeats} turns. Ratio: Mitsuba's seconds over Twinlight's, above 1 "
-            "where Twinlight is quicker. *: beyond measured samples, by 1/√samples. >: more than four times them.\n")
-    print(head, flush=True)
-    settings, results, text = {k: getattr(a, k) for k in ("samples", "repeats", "longest", "quick")}, [], head
-    os.makedirs(a.output or ".", exist_ok=True)
+    print(HEAD, flush=True)
+    settings = {k: getattr(a, k) for k in ("samples", "repeats", "longest", "quick")}
+    if a.output:
+        os.makedirs(a.output, exist_ok=True)
     for scene in scenes:
+        of = machine(a)
         with tempfile.TemporaryDirectory() as folder:
-            results.append(measure(a, scene, folder))
-        print(table(results[-1]), flush=True)
-        text += "\n" + table(results[-1])
+            result = {**measure(a, scene, folder), "machine": of, "settings": settings}
+        print(table(result), flush=True)
         if a.output:  # after every scene, so that an interrupted run leaves the finished ones
-            everything = json.dumps({"machine": of, "settings": settings, "scenes": results}, indent=1)
-            for name, content in (("equal_error.json", everything), ("equal_error.md", text)):
-                with open(os.path.join(a.output, name), "w", encoding="utf-8") as f:
-                    f.write(content)
+            keep(a.output, result)
     return 0
 
 

@@ -232,8 +232,9 @@ def rgb(v):
     return {"type": "rgb", "value": [float(x) for x in v]}
 
 
-def build_scene(prims, view, size, *, emissive=False, albedo=None, cutout_scale=8, variant="auto"):
-    """A Mitsuba scene. `view`: eye, target, up, fov, lights (a list of dicts), sky (or None)."""
+def build_scene(prims, view, size, *, emissive=False, albedo=None, cutout_scale=8, variant="auto",
+                surroundings=None):
+    """A Mitsuba scene. `view`: eye, target, up, fov, lights (a list of dicts), sky (or None); `surroundings`: an emitter."""
     mi = mitsuba(variant)
     T = mi.ScalarTransform4f
     scene = {"type": "scene"}
@@ -286,6 +287,8 @@ def build_scene(prims, view, size, *, emissive=False, albedo=None, cutout_scale=
             scene[f"light{i}"] = d
         if view.get("sky") is not None:
             scene["sky"] = {"type": "constant", "radiance": rgb(view["sky"])}
+        if surroundings is not None:
+            scene["surroundings"] = surroundings
         scene["sensor"] = {
             "type": "perspective", "fov": float(view["fov"]), "fov_axis": "y", "near_clip": 1e-3, "far_clip": 1e5,
             "to_world": T().look_at(origin=[float(x) for x in view["eye"]], target=[float(x) for x in view["target"]],

@@ -45,6 +45,8 @@ fn spheres_are_replaced_as_the_vectors_say() {
 fn replacement_is_continuous() {
     // A sphere moves through the plane beside, over and around the receiver: nothing jumps.
     let n = Vec3::Z;
+    // As one would write it: spheres below the plane do not count, others as a whole.
+    let mut hard = 0.0f32;
     for lateral in [0.0f32, 0.3, 0.9, 1.05, 1.4, 3.0] {
         let effect = |h: f32| {
             let b = blocker(Vec3::new(lateral, 0.0, h), 1.0, Vec3::ZERO, n, FADE);
@@ -57,11 +59,19 @@ fn replacement_is_continuous() {
         for i in 0..steps {
             let at = |i: i32| effect(-1.5 + 3.0 * i as f32 / steps as f32);
             worst = worst.max((at(i) - at(i + 1)).abs());
+            let cut = |i: i32| {
+                let h = -1.5 + 3.0 * i as f32 / steps as f32;
+                let sine = (1.0 / (lateral * lateral + h * h).sqrt().max(1.0)).min(1.0);
+                if h > 0.0 { 1.0 - (1.0 - sine * sine).sqrt() } else { 0.0 }
+            };
+            hard = hard.max((cut(i) - cut(i + 1)).abs());
         }
         // The solid angle has an infinite slope where α = 1.
         assert!(worst < 0.06, "at {lateral} a jump of {worst}");
         assert!(effect(-1.01) == 0.0 && effect(1.4) > 0.02);
     }
+    println!("cut off at the plane: a jump of {hard}");
+    assert!(hard > 0.9, "{hard}");
     for odd in [f32::NAN, f32::INFINITY, 0.0, -1.0] {
         let b = blocker(Vec3::X, odd, Vec3::ZERO, n, FADE);
         assert!(b.alpha.is_finite() && b.weight.is_finite() && b.direction.is_finite(), "{odd}: {b:?}");

@@ -86,7 +86,8 @@ fn half_text(half: HalfRounding) -> &'static str {
     }
 }
 
-fn probe_json(p: &Probe) -> Value {
+/// What a probe found out.
+pub(crate) fn probe_json(p: &Probe) -> Value {
     json!({
         "strict": p.strict_variant().is_ok(),
         "passthrough": p.passthrough,

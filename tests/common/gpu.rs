@@ -1,11 +1,11 @@
-//! Which GPU do the tests of a process share, and what do they do without one?
+//! Which GPUs do the tests of a process share, and what do they do without one?
 #![allow(dead_code)]
 
 use std::io::Write;
-use std::sync::{Mutex, MutexGuard, OnceLock};
+use std::sync::{Mutex, MutexGuard, OnceLock, TryLockError};
 use twinlight_gpu::{Gpu, GpuOptions, Probe, Variant};
 
-/// The GPU that all tests of a process share: devices are costly.
+/// A GPU that tests of a process share: devices are costly.
 pub struct SharedGpu {
     /// The device; set the variant before use.
     pub gpu: Gpu,
@@ -42,23 +42,36 @@ pub fn announce(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
-/// The process's GPU, or none after a visible line (a failure with `TWINLIGHT_REQUIRE_GPU=1`).
+/// A GPU that is free, or none after a visible line (a failure with `TWINLIGHT_REQUIRE_GPU=1`).
+///
+/// As many devices as tests run at once: drivers compile modules on one core.
 pub fn shared() -> Option<MutexGuard<'static, SharedGpu>> {
-    static SHARED: OnceLock<Result<Mutex<SharedGpu>, String>> = OnceLock::new();
-    let shared = SHARED.get_or_init(|| {
-        let mut gpu = Gpu::new(&GpuOptions::default()).map_err(|e| e.to_string())?;
-        let probe = gpu.run_probe().map_err(|e| e.to_string())?;
-        announce(&format!("GPU: {}\nprobe: {probe:?}", twinlight_gpu::describe(gpu.adapter())));
-        Ok(Mutex::new(SharedGpu { gpu, probe }))
-    });
-    match shared {
-        // A test that failed while it held the GPU must not fail the others.
-        Ok(shared) => Some(shared.lock().unwrap_or_else(|e| e.into_inner())),
-        Err(reason) => {
-            skip(reason);
-            None
+    static DEVICES: [OnceLock<Result<Mutex<SharedGpu>, String>>; 4] = [const { OnceLock::new() }; 4];
+    let count = std::thread::available_parallelism().map_or(1, |n| n.get()).min(DEVICES.len());
+    let mut busy = None;
+    for device in &DEVICES[..count] {
+        let device = match device.get_or_init(open) {
+            Ok(device) => device,
+            Err(reason) => {
+                skip(reason);
+                return None;
+            }
+        };
+        match device.try_lock() {
+            Ok(free) => return Some(free),
+            // A test that failed while it held the GPU must not fail the others.
+            Err(TryLockError::Poisoned(free)) => return Some(free.into_inner()),
+            Err(TryLockError::WouldBlock) => busy = Some(device),
         }
     }
+    busy.map(|device| device.lock().unwrap_or_else(|e| e.into_inner()))
+}
+
+fn open() -> Result<Mutex<SharedGpu>, String> {
+    let mut gpu = Gpu::new(&GpuOptions::default()).map_err(|e| e.to_string())?;
+    let probe = gpu.run_probe().map_err(|e| e.to_string())?;
+    announce(&format!("GPU: {}\nprobe: {probe:?}", twinlight_gpu::describe(gpu.adapter())));
+    Ok(Mutex::new(SharedGpu { gpu, probe }))
 }
 
 /// Says that the GPU part of a test is skipped and how to get a GPU; fails with `TWINLIGHT_REQUIRE_GPU=1`.

@@ -32,6 +32,9 @@ fn words_keep_means() {
     assert_eq!(unpack_mean(pack_mean(Vec3::ZERO)), Vec3::ZERO);
     assert_eq!(unpack_mean(pack_mean(Vec3::splat(9.0))), Vec3::ONE);
     assert!(unpack_mean(pack_mean(Vec3::NAN)).is_finite());
+    // As one would write it: a direction and a length.
+    let apart = |mean: Vec3| mean.normalize() * mean.length();
+    assert!([Vec3::ZERO, Vec3::NAN].iter().all(|mean| apart(*mean).is_nan()));
 }
 
 /// The words of a voxel that reflects an irradiance of 1 from one direction.

@@ -107,11 +107,14 @@ mod compile {
     use crate::{composites, spirv};
     use spirv_builder::{ModuleResult, SpirvBuilder, SpirvMetadata};
     use std::collections::BTreeMap;
+    use std::sync::atomic::{AtomicUsize, Ordering};
 
     const TARGET: &str = "spirv-unknown-vulkan1.2";
     const RUST_GPU: &str = "0.10.0";
     /// The feature of the shader crate for each variant, and whether and how it is strict.
     const VARIANTS: [&str; 3] = ["strict", "strict-native", "fast"];
+    /// What the compiler takes for the shader crate, and some to spare.
+    const COMPILER_BYTES: u64 = 9 << 30;
 
     pub fn run(action: Action) -> Result<(), String> {
         match action {
@@ -135,11 +138,11 @@ mod compile {
 
     fn build(out: &Path) -> Result<(), String> {
         let mut modules = BTreeMap::new();
-        for variant in VARIANTS {
+        for (variant, compiled) in VARIANTS.into_iter().zip(compile_all()?) {
             let folder = out.join(variant);
             std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
             let mut entries = BTreeMap::new();
-            for (entry, path) in compile(variant)? {
+            for (entry, path) in compiled {
                 let module = finish(variant, &entry, &path)?;
                 let file = folder.join(format!("{entry}.spv"));
                 std::fs::write(&file, &module).map_err(|e| format!("{}: {e}", file.display()))?;
@@ -161,6 +164,33 @@ mod compile {
         std::fs::write(out.join("manifest.json"), text + "\n").map_err(|e| e.to_string())
     }
 
+    /// The modules of all variants, two compiled at once where there is memory for it.
+    fn compile_all() -> Result<Vec<BTreeMap<String, PathBuf>>, String> {
+        let at_once = if available_memory().is_some_and(|bytes| bytes > 2 * COMPILER_BYTES) { 2 } else { 1 };
+        let next = AtomicUsize::new(0);
+        let take = || {
+            let mut taken = Vec::new();
+            loop {
+                let i = next.fetch_add(1, Ordering::Relaxed);
+                let Some(variant) = VARIANTS.get(i) else { return taken };
+                taken.push((i, compile(variant)));
+            }
+        };
+        let mut all: Vec<_> = std::thread::scope(|scope| {
+            let threads: Vec<_> = (0..at_once).map(|_| scope.spawn(take)).collect();
+            threads.into_iter().flat_map(|t| t.join().expect("a compiling thread panicked")).collect()
+        });
+        all.sort_by_key(|(i, _)| *i);
+        all.into_iter().map(|(_, modules)| modules).collect()
+    }
+
+    /// Bytes of memory that programs may still take, where the system tells.
+    fn available_memory() -> Option<u64> {
+        let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+        let line = text.lines().find_map(|l| l.strip_prefix("MemAvailable:"))?;
+        Some(line.trim().trim_end_matches(" kB").parse::<u64>().ok()? << 10)
+    }
+
     fn compile(variant: &str) -> Result<BTreeMap<String, PathBuf>, String> {
         let mut builder = SpirvBuilder::new(root().join("backend-gpu/shaders"), TARGET);
         builder.multimodule = true;
@@ -172,7 +202,7 @@ mod compile {
             builder.extra_args = vec!["--no-spirv-opt".into()];
         }
         builder.shader_crate_features.features = vec![variant.to_owned()];
-        builder.target_dir_path = Some(root().join("target/shaders"));
+        builder.target_dir_path = Some(root().join("target/shaders").join(variant));
         if let Some(backend) = std::env::var_os("RUST_GPU_BACKEND") {
             builder.rustc_codegen_spirv_location = Some(backend.into());
         }

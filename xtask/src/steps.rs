@@ -109,7 +109,8 @@ pub fn fuzz(seconds: u32) -> Result<(), String> {
         std::fs::create_dir_all(root().join(&found)).map_err(|e| format!("{found}: {e}"))?;
         let seeds = format!("fuzz/corpus/{target}");
         let limit = format!("-max_total_time={seconds}");
-        let memory = ["-rss_limit_mb=6144", "-malloc_limit_mb=6144", "-timeout=25"];
+        // The largest pictures that are read take half a minute under the sanitizer.
+        let memory = ["-rss_limit_mb=6144", "-malloc_limit_mb=6144", "-timeout=60"];
         let mut command = cargo(&["+nightly", "fuzz", "run", "-O", target, &found, &seeds, "--", &limit]);
         command.args(memory);
         check(command, &format!("fuzzing {target}"))?;

@@ -44,7 +44,7 @@ fn depth_gap(depth: f32, sample_depth: f32) -> f32 {
 
 /// Returns the weight of a pair of unit normals: (N·N′)³² with N·N′ clamped to [0, 1]. SGI eq. 11.
 ///
-/// Without the clamp opposite normals would weigh 1. 31·2⁻²⁴ relative.
+/// Without the clamp opposite normals would weigh 1. 1.3e-7 of the power itself, and 32 times what is off in the cosine: 6e-6 relative.
 #[inline]
 pub fn normal_similarity(a: Vec3, b: Vec3) -> f32 {
     powi(saturate(dot(a, b)), 32)

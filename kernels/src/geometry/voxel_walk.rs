@@ -1,7 +1,8 @@
 //! Which voxels does a ray pass through, in order?
 //!
 //! Amanatides and Woo 1987, with one change: the next crossing is computed from the integer boundary each
-//! time. Adding up distances drifts: at 512³ every sixth list of generic rays is wrong, with this none.
+//! time. Adding up distances drifts: at 512³ every sixth list is wrong, and every ninth of rays whose
+//! crossings are 8·2⁻²⁴ t apart; with this none of those, and 0.4 % of all.
 
 use crate::math::{MIN_POSITIVE, abs, clamp, div, floor, is_finite, is_nan, max, min, to_u32};
 use glam::{UVec3, Vec3};

@@ -145,7 +145,7 @@ pub fn product_series<const N: usize>(f: &[f32; N], terms: u32) -> [f32; N] {
 /// Returns √4π − g₀ for g = [`hybrid`]`(f, tau)`, or with a table and any `tau` (small norms have none of it): what all blockers cover,
 /// without cancellation for small ones.
 ///
-/// 3e-6 relative for one blocker of α ≤ 0.2, where the difference has lost up to 8e-4. SGI eq. 12 divides by it.
+/// 3e-6 relative for one blocker of α ≤ 0.2 up to order 4, 7e-6 in order 5, where the difference has lost up to 8e-4. SGI eq. 12 divides by it.
 #[inline]
 pub fn occluded_dc<const N: usize>(f: &[f32; N], g: &[f32; N], tau: f32) -> f32 {
     let (h, x, p) = scale_down(f, clamp(tau, 0.0625, SMALL_NORM));

@@ -1,17 +1,29 @@
 //! `twinlight tradeoff --kernels`: how wrong is each kernel, how long does it take, and what does strictness cost?
 
+mod attenuation;
+mod bilateral;
+mod blockers;
 mod case;
+mod coefficients;
 mod device;
 mod draw;
 mod elementary;
 mod exponentials;
 mod geometry;
 mod harmonics;
+#[cfg(test)]
+mod listed;
+mod lobes;
+mod marching;
+mod rays;
 mod report;
+mod samplers;
 mod shading;
 #[cfg(test)]
 mod tests;
 mod truth;
+mod vectors;
+mod voxels;
 
 use crate::cli::options::BackendOptions;
 use crate::cli::{Failure, print_out};
@@ -71,6 +83,7 @@ pub(crate) fn run(
     let machine = Machine {
         processor: crate::report::machine::processor(),
         adapter: devices.adapter(),
+        probe: devices.probe()?,
         notes: devices.notes,
     };
     if let Some(folder) = output {
@@ -88,9 +101,18 @@ pub(crate) fn run(
 fn cases(settings: &Settings) -> Vec<Box<dyn Measure>> {
     let mut all: Vec<_> = elementary::functions().into_iter().map(|f| f.case(settings)).collect();
     all.extend(elementary::whole_powers(settings));
+    all.extend(vectors::cases(settings));
     all.extend(shading::cases(settings));
+    all.extend(lobes::cases(settings));
+    all.extend(bilateral::cases(settings));
+    all.extend(marching::cases(settings));
     all.extend(geometry::cases(settings));
+    all.extend(rays::cases(settings));
+    all.extend(voxels::cases(settings));
+    all.extend(samplers::cases(settings));
+    all.extend(attenuation::cases(settings));
     all.extend(harmonics::cases(settings));
+    all.extend(blockers::cases(settings));
     all.extend(exponentials::cases(settings));
     all
 }

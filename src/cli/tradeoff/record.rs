@@ -113,6 +113,9 @@ pub(crate) struct Record {
     pub command: String,
     pub version: String,
     pub machine: String,
+    /// What the probe found out of the GPU, as `twinlight devices --json` prints it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probe: Option<serde_json::Value>,
     /// How often it was begun or taken up again.
     pub runs: u32,
     pub scenes: Vec<SceneRecord>,

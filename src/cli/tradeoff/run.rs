@@ -5,6 +5,7 @@ use super::pictures::exposure;
 use super::record::{Point, Record, Reference, SceneRecord};
 use super::sweep::{self, Needs, SWEEPS, Trial};
 use super::{Folder, Pictures, TradeoffArguments, attribution, page, plot};
+use crate::cli::devices::probe_json;
 use crate::cli::{Failure, print_out};
 use crate::picture::{Picture, write_whole};
 use crate::report::machine::processor;
@@ -96,11 +97,13 @@ fn check_techniques(a: &TradeoffArguments) -> Result<(), Failure> {
 
 fn fresh_record(a: &TradeoffArguments, subjects: &[Subject], gpu: bool) -> Result<Record, Failure> {
     let cpu = processor();
-    let machine = if gpu {
-        let gpu = a.backend.gpu(crate::cli::options::ArithmeticChoice::Fast)?;
-        format!("gpu, {}; path tracer on {cpu}", twinlight_gpu::describe(gpu.adapter()))
+    let (machine, probe) = if gpu {
+        let mut gpu = a.backend.gpu(crate::cli::options::ArithmeticChoice::Fast)?;
+        let probe = gpu.run_probe()?;
+        let machine = format!("gpu, {}; path tracer on {cpu}", twinlight_gpu::describe(gpu.adapter()));
+        (machine, Some(probe_json(&probe)))
     } else {
-        format!("cpu, {cpu}, {} threads", a.backend.cpu()?.threads())
+        (format!("cpu, {cpu}, {} threads", a.backend.cpu()?.threads()), None)
     };
     let mut scenes: Vec<SceneRecord> = Vec::new();
     for s in subjects {
@@ -132,7 +135,7 @@ fn fresh_record(a: &TradeoffArguments, subjects: &[Subject], gpu: bool) -> Resul
         });
     }
     let command = command_text(a);
-    Ok(Record { command, version: env!("CARGO_PKG_VERSION").into(), machine, runs: 1, scenes })
+    Ok(Record { command, version: env!("CARGO_PKG_VERSION").into(), machine, probe, runs: 1, scenes })
 }
 
 /// Words as a shell takes them.

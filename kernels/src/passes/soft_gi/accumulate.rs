@@ -1,22 +1,12 @@
 //! What do a receiver's proxies leave of the surroundings? SGI eq. 4.
 
-use super::cull::tile_of;
+use super::receiver::Receiver;
 use super::{HYBRID, OPTIMAL_LINEAR, SERIES, SoftParams, SphereProxy};
 use crate::geometry::bvh::NO_TRIANGLE;
 use crate::math::clamp;
 use crate::passes::evaluate_sh::{ShVector, load, store};
 use crate::passes::surface::Surface;
-use crate::sh::{self, Blocker, UNIT};
-use glam::{Vec3, Vec4};
-
-/// A proxy as a receiver at `p` with normal `n` meets it, its key, and how much it counts.
-#[inline]
-fn met(params: &SoftParams, sphere: Vec4, p: Vec3, n: Vec3, least: f32) -> (Blocker, f32, f32) {
-    let b = sh::blocker(sphere.truncate(), sphere.w, p, n, params.fade);
-    let u = sh::occlusion_key(b.alpha);
-    let weight = b.weight * sh::influence_weight(u, least, 2.0);
-    (b, u, weight)
-}
+use crate::sh::{self, UNIT};
 
 /// The sum over the receiver's proxies.
 #[inline]
@@ -30,17 +20,15 @@ fn logarithms<const N: usize, const B: usize>(
     lists: &[u32],
     table: &[f32],
 ) -> ShVector {
-    let tile = tile_of(index, params);
-    let (first, count) = (starts[tile as usize], counts[tile as usize]);
-    let (p, n) = (s.position.truncate(), s.normal.truncate());
+    let receiver = Receiver::new(index, params, s, starts, counts);
     let least = sh::influence_key(params.shadow_reach);
     let mut sum = [0.0; N];
-    for k in 0..count {
-        let sphere = proxies[lists[(first + k) as usize] as usize].sphere;
-        let (b, u, weight) = met(params, sphere, p, n, least);
+    for k in 0..receiver.count {
+        let met = receiver.met(params, proxies[receiver.number(k, lists) as usize].sphere);
+        let weight = met.weight(least);
         if weight > 0.0 {
-            let zonal = sh::log_occlusion::<B>(table, params.entries, u);
-            let turned = sh::rotate_zonal::<B, N>(&zonal, b.direction);
+            let zonal = sh::log_occlusion::<B>(table, params.entries, met.key);
+            let turned = sh::rotate_zonal::<B, N>(&zonal, met.blocker.direction);
             sum = sh::add_scaled(&sum, &turned, weight);
         }
     }
@@ -84,17 +72,15 @@ fn chain<const N: usize, const B: usize>(
     counts: &[u32],
     lists: &[u32],
 ) -> ShVector {
-    let tile = tile_of(index, params);
-    let (first, count) = (starts[tile as usize], counts[tile as usize]);
-    let (p, n) = (s.position.truncate(), s.normal.truncate());
+    let receiver = Receiver::new(index, params, s, starts, counts);
     let least = sh::influence_key(params.shadow_reach);
     let mut seen = [0.0; N];
     seen[0] = UNIT;
     // Of small proxies √4π − g₀ would have lost its digits.
     let mut covered = 0.0;
-    for k in 0..count {
-        let sphere = proxies[lists[(first + k) as usize] as usize].sphere;
-        let (b, _, weight) = met(params, sphere, p, n, least);
+    for k in 0..receiver.count {
+        let met = receiver.met(params, proxies[receiver.number(k, lists) as usize].sphere);
+        let (b, weight) = (met.blocker, met.weight(least));
         if weight > 0.0 {
             let cap = sh::rotate_zonal::<B, N>(&sh::cap::<B>(b.alpha), b.direction);
             let taken = sh::product(&seen, &cap);

@@ -1,6 +1,6 @@
 //! What do a receiver's proxies reflect of the surroundings? SGI §5.
 
-use super::cull::tile_of;
+use super::receiver::Receiver;
 use super::{AVERAGED, AVERAGED_FIT, EXACT, SoftParams, SphereProxy};
 use crate::geometry::bvh::NO_TRIANGLE;
 use crate::math::{FRAC_1_PI, dot, max, orthonormal_frame};
@@ -91,25 +91,22 @@ pub fn accumulate_indirect(
         return Vec4::ZERO;
     }
     let light = Irradiance { red: load(&light[0]), green: load(&light[1]), blue: load(&light[2]) };
-    let tile = tile_of(index, params);
-    let (first, count) = (starts[tile as usize], counts[tile as usize]);
-    let (p, n) = (s.position.truncate(), s.normal.truncate());
+    let receiver = Receiver::new(index, params, s, starts, counts);
     let least = sh::influence_key(params.light_reach);
     let least_shadow = sh::influence_key(params.shadow_reach);
     let mut sum = Vec4::ZERO;
-    for k in 0..count {
-        let proxy = &proxies[lists[(first + k) as usize] as usize];
-        let b = sh::blocker(proxy.sphere.truncate(), proxy.sphere.w, p, n, params.fade);
-        let u = sh::occlusion_key(b.alpha);
-        let weight = b.weight * sh::influence_weight(u, least, 2.0);
+    for k in 0..receiver.count {
+        let proxy = &proxies[receiver.number(k, lists) as usize];
+        let met = receiver.met(params, proxy.sphere);
+        let (b, weight) = (met.blocker, met.weight(least));
         // ξ compares solid angles with what shadows: the same proxies must count in both.
-        let shadows = b.weight * sh::influence_weight(u, least_shadow, 2.0);
+        let shadows = met.weight(least_shadow);
         if weight > 0.0 || shadows > 0.0 {
             let cap = sh::cap::<3>(b.alpha);
             let sent = if params.operator == EXACT {
-                exact(params, &light, &b, n, table)
+                exact(params, &light, &b, receiver.normal, table)
             } else {
-                averaged(params, &light, &b, &cap, n)
+                averaged(params, &light, &b, &cap, receiver.normal)
             };
             sum += (proxy.albedo.truncate() * sent * weight).extend(UNIT * cap[0] * shadows);
         }

@@ -6,6 +6,7 @@
 pub mod accumulate;
 pub mod cull;
 pub mod indirect;
+mod receiver;
 pub mod shade;
 
 use glam::Vec4;

@@ -2,7 +2,7 @@
 
 use super::inject::RADIANCE_WORDS;
 use super::lobes::{LOBE_WORDS, cone_variance, mirrored};
-use super::storage::{load_radiance, ratio, unpack_depths};
+use super::storage::{SHARED_EXPONENT, load_radiance, ratio, unpack_depths, unpack_radiance};
 use super::trace::ConeParams;
 use crate::cone::{diameter, distance_falloff, mip_level, step_count_bound};
 use crate::geometry::lattice::{NO_VOXEL, voxel_at};
@@ -77,7 +77,7 @@ pub struct Pyramid<'a> {
     pub depth: u32,
     /// Words before the lobes in the radiance; 0 where there are none.
     pub lobes: u32,
-    /// How radiance is stored: [`SHARED_EXPONENT`](super::storage::SHARED_EXPONENT) or another.
+    /// How radiance is stored: [`SHARED_EXPONENT`] or another.
     pub storage: u32,
     /// Blocks of all levels.
     pub blocks: &'a [u32],
@@ -121,6 +121,17 @@ struct Sides {
 }
 
 impl Sides {
+    /// The sides, each as `load` gives it, in the order of [`RADIANCE_WORDS`]; `along` are the optical depths, with the signs
+    /// of the ray.
+    #[inline]
+    fn new(along: Vec3, load: impl Fn(u32) -> Vec3) -> Self {
+        let mut sides = Self { both: Vec3::ZERO, all: Vec3::ZERO, net: Vec3::ZERO };
+        sides.add(load(0), load(1), along.x);
+        sides.add(load(2), load(3), along.y);
+        sides.add(load(4), load(5), along.z);
+        sides
+    }
+
     /// Adds the sides that face up and down an axis; `along` is the optical depth along it, with the sign of the ray.
     #[inline]
     fn add(&mut self, up: Vec3, down: Vec3, along: f32) {
@@ -165,13 +176,12 @@ pub(super) fn sent_toward(
     let place = places[voxel as usize];
     if place > 0 {
         let at = RADIANCE_WORDS * (place - 1);
-        let mut sides = Sides { both: Vec3::ZERO, all: Vec3::ZERO, net: Vec3::ZERO };
-        let (up, down) = (load_radiance(radiance, storage, at), load_radiance(radiance, storage, at + 1));
-        sides.add(up, down, along.x);
-        let (up, down) = (load_radiance(radiance, storage, at + 2), load_radiance(radiance, storage, at + 3));
-        sides.add(up, down, along.y);
-        let (up, down) = (load_radiance(radiance, storage, at + 4), load_radiance(radiance, storage, at + 5));
-        sides.add(up, down, along.z);
+        // One branch, not one for each side: this is the innermost loop.
+        let sides = if storage == SHARED_EXPONENT {
+            Sides::new(along, move |side| unpack_radiance(radiance[(at + side) as usize]))
+        } else {
+            Sides::new(along, move |side| load_radiance(radiance, storage, at + side))
+        };
         carried = sides.sum();
         if lobes > 0 {
             carried += mirrored(radiance, lobes + LOBE_WORDS * (place - 1), direction, cone) * density;

@@ -84,9 +84,21 @@ impl Output for u32 {
     }
 }
 
+impl<const K: usize> Output for [u32; K] {
+    const ZERO: Self = [0; K];
+    fn same(&self, other: &Self) -> bool {
+        self == other
+    }
+}
+
 /// The word of an item that holds the only number.
 pub(super) fn number<const AT: usize>(words: &[u32]) -> [f32; 1] {
     [f32::from_bits(words[AT])]
+}
+
+/// The first numbers of an item.
+pub(super) fn numbers<const K: usize>(words: &[u32]) -> [f32; K] {
+    std::array::from_fn(|i| f32::from_bits(words[i]))
 }
 
 /// A kernel over arrays; its loop is compiled with it, so that the compiler may use SIMD as it may in a pass.
@@ -107,12 +119,15 @@ pub(super) type Pass<I> = Box<dyn Fn(&[I]) -> Work>;
 /// The error of the result of input number i against float64.
 pub(super) type Against<I, O> = Box<dyn Fn(usize, &I, &O) -> f64>;
 
+/// What is read from the words of an item.
+pub(super) type Read<O> = fn(&[u32]) -> O;
+
 /// How a GPU runs the kernel.
 pub(super) struct OnDevice<I, O> {
     /// The pass that evaluates these inputs.
     pub work: Pass<I>,
     /// The kernel's result in the words of an item.
-    pub read: fn(&[u32]) -> O,
+    pub read: Read<O>,
     /// With division and square root in software, whatever the device can do.
     pub software: bool,
 }
@@ -128,8 +143,40 @@ pub(super) struct Case<I, O> {
     pub device: Option<OnDevice<I, O>>,
 }
 
+impl<I: Copy + Debug + 'static, O: Output + 'static> Case<I, O> {
+    /// A kernel that no pass gives alone.
+    pub(super) fn new(
+        head: Head,
+        inputs: Vec<I>,
+        kernel: impl Fn(&I) -> O + 'static,
+        error: impl Fn(&I, &O) -> f64 + 'static,
+    ) -> Self {
+        let error: Against<I, O> = Box::new(move |_, input, got| error(input, got));
+        Self { head, inputs, strict: each(kernel), others: Vec::new(), error, device: None }
+    }
+
+    /// Adds another way on the CPU.
+    pub(super) fn way(mut self, name: &'static str, way: impl Fn(&I) -> O + 'static) -> Self {
+        self.others.push((name, each(way)));
+        self
+    }
+
+    /// Adds the pass that gives it.
+    pub(super) fn on(mut self, work: impl Fn(&[I]) -> Work + 'static, read: Read<O>) -> Self {
+        self.device = Some(OnDevice { work: Box::new(work), read, software: false });
+        self
+    }
+
+    pub(super) fn boxed(self) -> Box<dyn Measure> {
+        Box::new(self)
+    }
+}
+
 /// The name of the ordinary way on a CPU.
 pub(super) const NATIVE: &str = "native";
+
+/// The name of the formula as one would write it.
+pub(super) const NAIVE: &str = "naive";
 
 /// What a GPU takes in place of its own division and square root.
 pub(super) const SOFTWARE: &str = "software";

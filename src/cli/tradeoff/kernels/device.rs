@@ -3,8 +3,10 @@
 use super::Settings;
 use super::case::median;
 use crate::backend::{Arithmetic, Gpu, GpuBuffer, GpuError, GpuOptions};
+use crate::cli::devices::probe_json;
 use bytemuck::Pod;
 use glam::{UVec4, Vec4};
+use serde_json::Value;
 use twinlight_gpu::wgpu::DeviceType;
 use twinlight_gpu::{Variant, describe};
 use twinlight_kernels::passes::elements::{ElementaryParams, EvaluateParams, Evaluation, ShVector};
@@ -55,6 +57,11 @@ impl Devices {
         Some(format!("{}{strict}", describe(gpu.adapter())))
     }
 
+    /// What the probe finds out of it.
+    pub(super) fn probe(&mut self) -> Result<Option<Value>, GpuError> {
+        self.fast.as_mut().map(|gpu| Ok(probe_json(&gpu.run_probe()?))).transpose()
+    }
+
     /// The strict device, with division in software if asked for, else with what the probe chose.
     pub(super) fn strict(&mut self, software: bool) -> Option<&mut Gpu> {
         let (gpu, chosen) = (self.strict.as_mut()?, self.chosen?);
@@ -73,12 +80,18 @@ pub(super) enum Work {
     Vector(u32, [Vec<Vec4>; 2]),
     Cone(u32, [Vec<Vec4>; 2]),
     Gaussian(u32, [Vec<Vec4>; 3]),
-    Geometry(u32, [Vec<Vec4>; 5]),
-    Sampling(u32, Vec<UVec4>, Vec<Vec4>),
+    /// Function, count, arguments.
+    Geometry(u32, u32, [Vec<Vec4>; 5]),
+    Sampling(u32, Vec<UVec4>, [Vec<Vec4>; 2]),
     /// Order, function, vectors, arguments.
     Harmonics(u32, u32, [Vec<ShVector>; 2], Vec<Vec4>),
     /// Order, function, vectors, arguments, table, its entries.
     Exponential(u32, u32, Vec<ShVector>, Vec<Vec4>, Vec<f32>, u32),
+}
+
+/// The vectors of each input in arrays of their own.
+pub(super) fn split<const K: usize>(all: &[[Vec4; K]]) -> [Vec<Vec4>; K] {
+    std::array::from_fn(|k| all.iter().map(|x| x[k]).collect())
 }
 
 /// Results in 32-bit words.
@@ -106,7 +119,7 @@ impl Work {
             Self::Elementary(_, [x, _]) => x.len(),
             Self::Vector(_, [a, _]) | Self::Cone(_, [a, _]) => a.len(),
             Self::Gaussian(_, [a, ..]) => a.len(),
-            Self::Geometry(_, [a, ..]) => a.len(),
+            Self::Geometry(_, _, [a, ..]) => a.len(),
             Self::Sampling(_, words, _) => words.len(),
             Self::Harmonics(_, _, [a, _], _) | Self::Exponential(_, _, a, ..) => a.len(),
         }
@@ -174,16 +187,17 @@ impl Work {
                     gpu.evaluate_gaussian(&params(*function), &a, &b, &c, out, n)
                 })
             }
-            Self::Geometry(function, inputs) => {
+            Self::Geometry(function, count, inputs) => {
                 let [a, b, c, d, e] = upload_all(gpu, inputs, n)?;
+                let params = EvaluateParams { count: *count, ..params(*function) };
                 repeat::<Evaluation>(gpu, launch, |gpu, out| {
-                    gpu.evaluate_geometry(&params(*function), &a, &b, &c, &d, &e, out, n)
+                    gpu.evaluate_geometry(&params, &a, &b, &c, &d, &e, out, n)
                 })
             }
-            Self::Sampling(function, words, x) => {
-                let (words, x) = (upload(gpu, words, n)?, upload(gpu, x, n)?);
+            Self::Sampling(function, words, numbers) => {
+                let (words, [x, y]) = (upload(gpu, words, n)?, upload_all(gpu, numbers, n)?);
                 repeat::<Evaluation>(gpu, launch, |gpu, out| {
-                    gpu.evaluate_sampling(&params(*function), &words, &x, &x, out, n)
+                    gpu.evaluate_sampling(&params(*function), &words, &x, &y, out, n)
                 })
             }
             Self::Harmonics(order, function, vectors, arguments) => {

@@ -46,7 +46,7 @@ fn geometry_pass<const K: usize>(function: u32) -> Option<OnDevice<[Vec3; K], Me
             let end = [0.0, 1e30, RADIUS, 0.0, 0.0];
             let argument =
                 |k: usize| all.iter().map(|x| x.get(k).map_or(Vec4::ZERO, |v| v.extend(end[k]))).collect();
-            Work::Geometry(function, std::array::from_fn(argument))
+            Work::Geometry(function, 0, std::array::from_fn(argument))
         }),
         read: read_met,
         software: false,
@@ -124,7 +124,7 @@ fn triangles(settings: &Settings, decisions: bool) -> Box<dyn Measure> {
 }
 
 /// Möller and Trumbore's test.
-fn meet(o: DVec3, d: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
+pub(super) fn meet(o: DVec3, d: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
     let (e, f, s) = (b - a, c - a, o - a);
     let (p, q) = (d.cross(f), s.cross(e));
     let determinant = e.dot(p);
@@ -140,8 +140,8 @@ fn sampling_pass<I: Copy + 'static, O>(
 ) -> Option<OnDevice<I, O>> {
     Some(OnDevice {
         work: Box::new(move |all: &[I]| {
-            let (words, numbers) = all.iter().map(words).unzip();
-            Work::Sampling(function, words, numbers)
+            let (words, numbers): (_, Vec<Vec4>) = all.iter().map(words).unzip();
+            Work::Sampling(function, words, [numbers.clone(), numbers])
         }),
         read,
         software: false,

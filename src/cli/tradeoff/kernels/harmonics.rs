@@ -2,6 +2,7 @@
 
 use super::Settings;
 use super::case::{Case, Head, Measure, OnDevice, Unit, each};
+use super::coefficients;
 use super::device::Work;
 use super::draw::{Random, list};
 use super::truth::{self, Algebra};
@@ -33,7 +34,7 @@ pub(super) fn coefficients<const N: usize>(words: &[u32]) -> [f32; N] {
 }
 
 /// A vector of normal size.
-fn random<const N: usize>(r: &mut Random) -> [f32; N] {
+pub(super) fn random<const N: usize>(r: &mut Random) -> [f32; N] {
     std::array::from_fn(|_| r.range(-1.0, 1.0))
 }
 
@@ -53,17 +54,19 @@ pub(super) fn cases(settings: &Settings) -> Vec<Box<dyn Measure>> {
 
 fn order<const B: usize, const N: usize>(settings: &Settings) -> Vec<Box<dyn Measure>> {
     let algebra = Rc::new(Algebra::new(B));
-    vec![
+    let mut all = vec![
         basis::<B, N>(settings),
         cap::<B>(settings),
         product::<B, N>(settings, algebra.clone()),
         square::<B, N>(settings, algebra),
         rotation::<B, N>(settings),
-    ]
+    ];
+    all.extend(coefficients::order::<B, N>(settings));
+    all
 }
 
 /// How the pass of an order runs; order 2 has none.
-fn device<const B: usize, I: Copy, const N: usize>(
+pub(super) fn device<const B: usize, I: Copy, const N: usize>(
     number: u32,
     inputs: impl Fn(&I) -> (ShVector, ShVector, Vec4) + 'static,
 ) -> Option<OnDevice<I, [f32; N]>> {
@@ -86,11 +89,6 @@ fn head(kernel: &'static str, order: usize, domain: &'static str, unit: Unit, st
     Head::new(kernel, &format!("order {order}"), domain, unit).stated(stated)
 }
 
-/// The largest difference of the numbers.
-fn largest(got: &[f32], truth: &[f64]) -> f64 {
-    got.iter().zip(truth).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max)
-}
-
 fn basis<const B: usize, const N: usize>(settings: &Settings) -> Box<dyn Measure> {
     let stated = [0.0, 0.0, 5.1e-8, 1.6e-7, 2.8e-7, 5.4e-7][B];
     Box::new(Case {
@@ -98,7 +96,7 @@ fn basis<const B: usize, const N: usize>(settings: &Settings) -> Box<dyn Measure
         inputs: list("basis", settings.vectors, Random::direction),
         strict: each(|d: &Vec3| sh::basis::<N>(*d)),
         others: Vec::new(),
-        error: Box::new(|_, d, y: &[f32; N]| largest(y, &truth::basis(B, wide(*d)))),
+        error: Box::new(|_, d, y: &[f32; N]| truth::largest(y, &truth::basis(B, wide(*d)))),
         device: device::<B, Vec3, N>(function::BASIS, |d| {
             (ShVector::default(), ShVector::default(), d.extend(0.0))
         }),

@@ -11,6 +11,8 @@ use std::path::Path;
 pub(super) struct Machine {
     pub processor: String,
     pub adapter: Option<String>,
+    /// What the probe found out of it.
+    pub probe: Option<Value>,
     pub notes: Vec<String>,
 }
 
@@ -127,7 +129,7 @@ pub(super) fn object(machine: &Machine, rows: &[Row]) -> Value {
         .iter()
         .map(|row| COLUMNS.iter().zip(values(row)).map(|((name, _), v)| ((*name).to_owned(), v)).collect())
         .collect();
-    json!({ "processor": machine.processor, "adapter": machine.adapter, "notes": machine.notes, "rows": rows })
+    json!({ "processor": machine.processor, "adapter": machine.adapter, "probe": machine.probe, "notes": machine.notes, "rows": rows })
 }
 
 /// Comma-separated values; nothing for what was not measured.

@@ -1,6 +1,7 @@
 //! What would the kernels give in float64? Straightforward code, none of it the kernels'.
 
 use crate::technique::soft_gi::gauss_legendre;
+use glam::{DQuat, DVec3};
 use std::f64::consts::PI;
 
 /// √4π, the coefficient of the constant function 1.
@@ -22,6 +23,21 @@ pub(super) fn ulp(got: f32, truth: f64, least: f64) -> f64 {
 pub(super) fn relative(got: f32, truth: f64) -> f64 {
     let difference = (f64::from(got) - truth).abs();
     if difference == 0.0 { 0.0 } else { difference / truth.abs() }
+}
+
+/// The largest difference.
+pub(super) fn largest(got: &[f32], truth: &[f64]) -> f64 {
+    got.iter().zip(truth).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max)
+}
+
+/// The largest share of the truth.
+pub(super) fn largest_relative(got: &[f32], truth: &[f64]) -> f64 {
+    got.iter().zip(truth).map(|(a, b)| relative(*a, *b)).fold(0.0, f64::max)
+}
+
+/// 1 for a wrong result.
+pub(super) fn wrong<T: PartialEq>(got: &T, truth: &T) -> f64 {
+    f64::from(u8::from(got != truth))
 }
 
 /// erf: its series below 2.5, a continued fraction of 1 − erf above.
@@ -52,6 +68,14 @@ pub(super) fn sin_cos_turn(t: f64) -> (f64, f64) {
         2 => (-s, -c),
         _ => (-c, s),
     }
+}
+
+/// Tangent, bitangent and unit direction: the shortest turn from the pole on the direction's side, of x and, with that side's sign, y.
+pub(super) fn frame(direction: DVec3) -> (DVec3, DVec3, DVec3) {
+    let n = direction.normalize();
+    let sign = if n.z >= 0.0 { 1.0 } else { -1.0 };
+    let turn = DQuat::from_rotation_arc(DVec3::Z * sign, n);
+    (turn * DVec3::X, turn * DVec3::Y * sign, n)
 }
 
 /// P_l^m(z) without the extra sign, over (1 − z²)^(m/2).
@@ -122,6 +146,54 @@ pub(super) fn cap(l: usize, alpha: f64) -> f64 {
         return k * alpha * alpha / (1.0 + c);
     }
     k * (legendre(l - 1, 0, c) - legendre(l + 1, 0, c)) / (2 * l + 1) as f64
+}
+
+/// Zonal coefficient l of max(0, cos θ), by quadrature over the upper half.
+pub(super) fn clamped_cosine(l: usize) -> f64 {
+    let of = |x: f64| x * ((2 * l + 1) as f64 / (4.0 * PI)).sqrt() * legendre(l, 0, x);
+    gauss_legendre(8).into_iter().map(|(x, w)| PI * w * of(0.5 * (x + 1.0))).sum()
+}
+
+/// Where rays meet a sphere of sine α about +z, over a circle of the azimuth: sines and cosines of the ray's angle and of the
+/// normal's there, and shares of solid angle over 2π.
+fn met(alpha: f64) -> Vec<([f64; 2], [f64; 2], f64)> {
+    let nodes = gauss_legendre(64).into_iter();
+    nodes
+        .map(|(x, w)| {
+            // The angle at the sphere between normal and ray; the ray passes the centre at α sin φ.
+            let phi = 0.25 * PI * (x + 1.0);
+            let t = (alpha * phi.sin()).asin();
+            let share = 0.25 * PI * w * alpha * alpha * phi.sin() * phi.cos() / t.cos();
+            ([t.sin(), t.cos()], [(phi - t).sin(), -(phi - t).cos()], share)
+        })
+        .collect()
+}
+
+/// Zonal coefficients of what averages a function of the normal over the part of a sphere that is seen: bands 0 to 2.
+pub(super) fn averaged_operator(alpha: f64) -> [f64; 3] {
+    let (mut sums, mut whole) = ([0.0; 3], 0.0);
+    for (_, [_, z], share) in met(alpha) {
+        whole += share;
+        for (l, sum) in sums.iter_mut().enumerate() {
+            *sum += share * ((2 * l + 1) as f64 / (4.0 * PI)).sqrt() * legendre(l, 0, z);
+        }
+    }
+    sums.map(|sum| sum / whole)
+}
+
+/// What a receiver gets of a sphere about +z whose radiance is `f` of its normal, order 3.
+pub(super) fn sent(alpha: f64, f: &[f64]) -> Vec<f64> {
+    let mut out = vec![0.0; f.len()];
+    for ([sine, cosine], [across, along], share) in met(alpha) {
+        for k in 0..8 {
+            let (s, c) = (PI * (f64::from(k) + 0.5) / 4.0).sin_cos();
+            let normal = basis(3, [across * c, across * s, along]);
+            let radiance: f64 = normal.iter().zip(f).map(|(y, c)| y * c).sum();
+            let y = basis(3, [sine * c, sine * s, cosine]);
+            out.iter_mut().zip(&y).for_each(|(o, y)| *o += share * PI / 4.0 * radiance * y);
+        }
+    }
+    out
 }
 
 /// Products of one order.
