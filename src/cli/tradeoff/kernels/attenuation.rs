@@ -25,10 +25,6 @@ pub(super) fn cases(settings: &Settings) -> Vec<Box<dyn Measure>> {
     ]
 }
 
-fn head(kernel: &'static str, domain: &'static str, unit: Unit) -> Head {
-    Head::new(kernel, "strict", domain, unit)
-}
-
 fn pass(function: u32) -> impl Fn(&[Pair]) -> Work {
     move |all| Work::Sampling(function, vec![UVec4::ZERO; all.len()], split(all))
 }
@@ -40,7 +36,7 @@ fn disc(settings: &Settings) -> Box<dyn Measure> {
         [Vec4::new(cosines[0], cosines[1], r.positive(1e-6, 1e4), r.positive(1e-4, 1e2)), Vec4::Y]
     });
     Case::new(
-        head("form factor of a disc", "distances 1e-3 to 100", Unit::Relative),
+        Head::strict("form factor of a disc", "distances 1e-3 to 100", Unit::Relative),
         inputs,
         |[x, _]| [kernels::disc_form_factor(x.x, x.y, x.z, x.w)],
         |[x, _], got| {
@@ -65,7 +61,7 @@ fn light(settings: &Settings) -> Box<dyn Measure> {
         [r.point(1.0).extend(r.positive(1e-4, 1.0)), r.point(1.0).extend(r.range(-1.0, 1.0))]
     });
     Case::new(
-        head("form factor of a light", "points within 1, areas 1e-4 to 1", Unit::OfScale),
+        Head::strict("form factor of a light", "points within 1, areas 1e-4 to 1", Unit::OfScale),
         inputs,
         |[x, y]| {
             let (receiver, emitter) = normals(y);
@@ -99,7 +95,7 @@ const DISTANCES: &str = "distances and radii 1e-3 to 100";
 
 fn bounded(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("bounded inverse square", DISTANCES, Unit::Relative),
+        Head::strict("bounded inverse square", DISTANCES, Unit::Relative),
         distances(settings),
         |[x, _]| [kernels::bounded_inverse_square(x.x, x.y)],
         |[x, _], got| truth::relative(got[0], 1.0 / (f64::from(x.x) + f64::from(x.y).powi(2))),
@@ -111,7 +107,7 @@ fn bounded(settings: &Settings) -> Box<dyn Measure> {
 
 fn clamped(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("clamped inverse square", DISTANCES, Unit::Relative),
+        Head::strict("clamped inverse square", DISTANCES, Unit::Relative),
         distances(settings),
         |[x, _]| [kernels::clamped_inverse_square(x.x, x.y)],
         |[x, _], got| truth::relative(got[0], 1.0 / f64::from(x.x).max(f64::from(x.y).powi(2))),
@@ -123,7 +119,7 @@ fn clamped(settings: &Settings) -> Box<dyn Measure> {
 
 fn window(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("end of a light's range", DISTANCES, Unit::Absolute),
+        Head::strict("end of a light's range", DISTANCES, Unit::Absolute),
         distances(settings),
         |[x, _]| [kernels::range_window(x.x, x.y)],
         |[x, _], got: &[f32; 1]| {
@@ -138,7 +134,7 @@ fn window(settings: &Settings) -> Box<dyn Measure> {
 
 fn radius(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("radius of a disc", "areas 1e-6 to 1e4", Unit::Relative),
+        Head::strict("radius of a disc", "areas 1e-6 to 1e4", Unit::Relative),
         distances(settings),
         |[x, _]| [kernels::disc_radius(x.x)],
         |[x, _], got| truth::relative(got[0], (f64::from(x.x) / PI).sqrt()),

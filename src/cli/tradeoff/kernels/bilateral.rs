@@ -31,10 +31,6 @@ pub(super) fn cases(settings: &Settings) -> Vec<Box<dyn Measure>> {
     ]
 }
 
-fn head(kernel: &'static str, domain: &'static str, unit: Unit) -> Head {
-    Head::new(kernel, "strict", domain, unit)
-}
-
 fn pass(function: u32) -> impl Fn(&[Triple]) -> Work {
     move |all| Work::Gaussian(function, split(all))
 }
@@ -59,7 +55,7 @@ fn depth(settings: &Settings) -> Box<dyn Measure> {
         [Vec4::splat(z), Vec4::splat(z + z * r.signed(1e-5, 0.5)), Vec4::ONE]
     });
     Case::new(
-        head("depth similarity", "depths 0.1 to 100, a half apart", Unit::Relative),
+        Head::strict("depth similarity", "depths 0.1 to 100, a half apart", Unit::Relative),
         inputs,
         |[a, b, _]| [gaussian::depth_similarity(a.x, b.x)],
         |[a, b, _], got| truth::relative(got[0], of_depths(f64::from(a.x), f64::from(b.x))),
@@ -80,7 +76,7 @@ fn normal(settings: &Settings) -> Box<dyn Measure> {
         [n.extend(0.0), beside(r, n, 0.9).extend(0.0), Vec4::ONE]
     });
     Case::new(
-        head("normal similarity", "normals within 64°", Unit::Relative),
+        Head::strict("normal similarity", "normals within 64°", Unit::Relative),
         inputs,
         |[a, b, _]| [gaussian::normal_similarity(a.truncate(), b.truncate())],
         |[a, b, _], got| truth::relative(got[0], of_normals(a.truncate(), b.truncate())),
@@ -98,7 +94,7 @@ fn plane(settings: &Settings) -> Box<dyn Measure> {
         ((along + n * r.range(-0.6, 0.6)) * r.positive(1e-3, 1e3), n)
     });
     Case::new(
-        head("plane similarity", "within 31° of the plane", Unit::Absolute),
+        Head::strict("plane similarity", "within 31° of the plane", Unit::Absolute),
         inputs,
         |(apart, n)| [gaussian::plane_similarity(*apart, *n)],
         |(apart, n), got: &[f32; 1]| {
@@ -120,7 +116,7 @@ fn differences(settings: &Settings) -> Vec<Triple> {
 
 fn falloff(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("Gaussian falloff", "to 4 deviations", Unit::Relative),
+        Head::strict("Gaussian falloff", "to 4 deviations", Unit::Relative),
         differences(settings),
         |[a, _, c]| [gaussian::gaussian_falloff(a.x, c.x)],
         |[a, _, c], got| truth::relative(got[0], of_difference(f64::from(a.x), f64::from(c.x))),
@@ -132,7 +128,7 @@ fn falloff(settings: &Settings) -> Box<dyn Measure> {
 
 fn geometric(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("geometric weight", "to 4 and 3 deviations", Unit::Relative),
+        Head::strict("geometric weight", "to 4 and 3 deviations", Unit::Relative),
         differences(settings),
         |[a, b, c]| [gaussian::geometric_weight(a.x, b.y, c.x, c.y)],
         |[a, b, c], got| {
@@ -187,7 +183,7 @@ fn best(keys: [Option<f64>; 4]) -> Option<usize> {
 
 fn upsampling(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("upsampling weights", "depths a third apart", Unit::Absolute),
+        Head::strict("upsampling weights", "depths a third apart", Unit::Absolute),
         coarse(settings),
         |x| gaussian::upsampling_weights(&samples(x), x[2].w, x[2].truncate()),
         |x, got| {
@@ -241,7 +237,7 @@ fn gathering(settings: &Settings) -> Box<dyn Measure> {
         (weights, distance, normal, n)
     });
     Case::new(
-        head("gathering weights", "distances to 0.4, deviations 0.1 and 0.2", Unit::Absolute),
+        Head::strict("gathering weights", "distances to 0.4, deviations 0.1 and 0.2", Unit::Absolute),
         inputs,
         |(b, d, n, own)| gaussian::gathering_weights(b, d, n, *own, DEVIATIONS.0, DEVIATIONS.1),
         |(b, d, n, own), got| {
@@ -273,7 +269,7 @@ fn sums(settings: &Settings) -> Vec<Triple> {
 
 fn mean(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("mean or 0", "counts 1e-3 to 1e3", Unit::Relative),
+        Head::strict("mean or 0", "counts 1e-3 to 1e3", Unit::Relative),
         sums(settings),
         |[a, b, _]| gaussian::mean_or_zero(a.truncate(), b.x).to_array(),
         |[a, b, _], got: &[f32; 3]| {
@@ -287,7 +283,7 @@ fn mean(settings: &Settings) -> Box<dyn Measure> {
 
 fn shares(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("shared visibility", "depths to twice the limit, cosines -0.2 to 1", Unit::Wrong),
+        Head::strict("shared visibility", "depths to twice the limit, cosines -0.2 to 1", Unit::Wrong),
         sums(settings),
         |[a, b, _]| [f32::from(u8::from(gaussian::shares_visibility(a.x, a.y, b.y, b.z)))],
         |[a, b, _], got| {
@@ -309,7 +305,7 @@ fn cells(settings: &Settings) -> Box<dyn Measure> {
         place.clamp(0.0, f64::from(coarse - 1))
     };
     Case::new(
-        head("upsampling footprint", "1920 × 1080 of 640 × 405", Unit::Absolute),
+        Head::strict("upsampling footprint", "1920 × 1080 of 640 × 405", Unit::Absolute),
         list("footprint", settings.numbers, |r| (r.bits() % SIZE.0, r.bits() % SIZE.1)),
         move |(x, y)| {
             let f = footprint(*x, *y, scales.0, scales.1, COARSE.0, COARSE.1);

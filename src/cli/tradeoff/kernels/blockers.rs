@@ -23,10 +23,6 @@ pub(super) fn cases(settings: &Settings) -> Vec<Box<dyn Measure>> {
     all
 }
 
-fn head(kernel: &'static str, domain: &'static str, unit: Unit) -> Head {
-    Head::new(kernel, "strict", domain, unit)
-}
-
 /// Sine, radius of influence, width of the ramp: of the pass of order 3, whose table is not looked at.
 fn pass(all: &[Vec4]) -> Work {
     let nothing = vec![vector(&[]); all.len()];
@@ -40,7 +36,7 @@ fn true_key(alpha: f64) -> f64 {
 
 fn key(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("occlusion key", "sin 1e-4 to 1", Unit::Relative),
+        Head::strict("occlusion key", "sin 1e-4 to 1", Unit::Relative),
         list("keys", settings.numbers, |r| Vec4::new(r.positive(1e-4, 1.0), 15.0, 2.0, 0.5)),
         |x| [sh::occlusion_key(x.x)],
         |x, got| truth::relative(got[0], true_key(f64::from(x.x))),
@@ -52,7 +48,7 @@ fn key(settings: &Settings) -> Box<dyn Measure> {
 
 fn influence_key(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("influence key", "radii 1 to 100", Unit::Relative),
+        Head::strict("influence key", "radii 1 to 100", Unit::Relative),
         list("influence", settings.numbers, |r| r.positive(1.0, 100.0)),
         |eta| [sh::influence_key(*eta)],
         |eta, got| truth::relative(got[0], true_key(1.0 / f64::from(*eta).max(1.0))),
@@ -67,7 +63,7 @@ fn influence_weight(settings: &Settings) -> Box<dyn Measure> {
         Vec4::new(r.range(0.9, 1.6) / reach, reach, r.range(1.5, 3.0), 0.5)
     });
     Case::new(
-        head("influence weight", "near the end of 5 to 50 radii", Unit::Absolute),
+        Head::strict("influence weight", "near the end of 5 to 50 radii", Unit::Absolute),
         inputs,
         |x| [sh::influence_weight(sh::occlusion_key(x.x), sh::influence_key(x.y), x.z)],
         |x, got: &[f32; 1]| {
@@ -150,7 +146,7 @@ fn printed([zero, _, two]: [f32; 3], alpha: f32) -> [f32; 3] {
 
 fn averaged(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("averaged operator", "sin 1e-3 to 1", Unit::Relative).stated(5e-7),
+        Head::strict("averaged operator", "sin 1e-3 to 1", Unit::Relative).stated(5e-7),
         list("averaged", settings.vectors, |r| r.positive(1e-3, 1.0)),
         |alpha| sh::averaged_operator(*alpha),
         |alpha, got| truth::largest_relative(got, &truth::averaged_operator(f64::from(*alpha))),

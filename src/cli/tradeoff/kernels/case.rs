@@ -56,6 +56,11 @@ impl Head {
         Self { kernel, variant: variant.into(), domain, unit, stated: None }
     }
 
+    /// The kernel as it is, of which there is one.
+    pub(super) fn strict(kernel: &'static str, domain: &'static str, unit: Unit) -> Self {
+        Self::new(kernel, "strict", domain, unit)
+    }
+
     pub(super) fn stated(mut self, bound: f64) -> Self {
         self.stated = Some(bound);
         self

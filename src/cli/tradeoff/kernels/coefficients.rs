@@ -1,10 +1,10 @@
 //! What else is done with spherical harmonics: values, sums, zonal functions, what many blockers cover.
 
 use super::Settings;
-use super::case::{Case, Head, Measure, NAIVE, OnDevice, Unit};
+use super::case::{Case, Head, Measure, NAIVE, OnDevice, Unit, numbers};
 use super::device::Work;
 use super::draw::{Random, list};
-use super::harmonics::{coefficients, device, random, vector};
+use super::harmonics::{device, random, vector};
 use super::truth::{self, Algebra};
 use crate::technique::soft_gi::{ENTRIES, log_occlusion_table};
 use glam::{Vec3, Vec4};
@@ -244,6 +244,6 @@ fn occluded<const B: usize, const N: usize>(settings: &Settings) -> Box<dyn Meas
     )
     .way(NAIVE, |f| [sh::UNIT - sh::hybrid(f, 0.5)[0]]);
     case.error = Box::new(move |i, _, got| truth::relative(got[0], truths[i]));
-    case.device = covered::<B, N>(coefficients::<1>);
+    case.device = covered::<B, N>(numbers::<1>);
     case.boxed()
 }

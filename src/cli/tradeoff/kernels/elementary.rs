@@ -115,7 +115,7 @@ impl Function {
 }
 
 fn head(kernel: &'static str, domain: &'static str, stated: f64) -> Head {
-    Head::new(kernel, "strict", domain, Unit::Ulp).stated(stated)
+    Head::strict(kernel, domain, Unit::Ulp).stated(stated)
 }
 
 /// Half of the numbers of either kind.

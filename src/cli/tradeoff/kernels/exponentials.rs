@@ -1,10 +1,10 @@
 //! Exponentials of spherical harmonics by method, and the table of logarithms by entries.
 
 use super::Settings;
-use super::case::{Case, Each, Head, Measure, OnDevice, Unit, each};
+use super::case::{Case, Each, Head, Measure, OnDevice, Unit, each, numbers};
 use super::device::Work;
 use super::draw::{Random, list};
-use super::harmonics::{coefficients, vector};
+use super::harmonics::vector;
 use super::truth::{self, Algebra};
 use crate::technique::soft_gi::{ENTRIES, log_occlusion_table, logarithm, optimal_linear_table};
 use glam::Vec4;
@@ -128,7 +128,7 @@ fn method<const B: usize, const N: usize>(
                 let arguments = vec![argument; all.len()];
                 Work::Exponential(B as u32, function, vectors, arguments, on_device.to_vec(), entries)
             }),
-            read: coefficients::<N>,
+            read: numbers::<N>,
             software: false,
         }),
     })
@@ -176,7 +176,7 @@ fn tables<const B: usize, const N: usize>(settings: &Settings) -> Vec<Box<dyn Me
                     let table = on_device.clone();
                     Work::Exponential(B as u32, exponential::LOGARITHM, nothing, arguments, table, entries)
                 }),
-                read: coefficients::<B>,
+                read: numbers::<B>,
                 software: false,
             }),
         })

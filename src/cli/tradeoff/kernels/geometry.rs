@@ -156,7 +156,7 @@ fn hashes(settings: &Settings) -> Box<dyn Measure> {
         ((word >> 22) ^ word) as u32
     }
     Box::new(Case {
-        head: Head::new("hash", "strict", "32-bit integers", Unit::Wrong).stated(0.0),
+        head: Head::strict("hash", "32-bit integers", Unit::Wrong).stated(0.0),
         inputs: list("hash", settings.numbers, Random::bits),
         strict: each(|x: &u32| hash::hash(*x)),
         others: Vec::new(),
@@ -210,7 +210,7 @@ fn sphere_directions(settings: &Settings) -> Box<dyn Measure> {
         Vec3::new(r * c, r * s, 1.0 - 2.0 * u.x)
     }
     Box::new(Case {
-        head: Head::new("uniform sphere", "strict", "unit square", Unit::Absolute),
+        head: Head::strict("uniform sphere", "unit square", Unit::Absolute),
         inputs: list("sphere", settings.numbers, |r| Vec2::new(r.range(0.0, 1.0), r.range(0.0, 1.0))),
         strict: each(|u: &Vec2| hemisphere::uniform_sphere(*u).to_array()),
         others: vec![(NATIVE, each(|u: &Vec2| native(*u).to_array()))],

@@ -1,7 +1,7 @@
 //! Spherical harmonics by order: basis, products, rotation, caps.
 
 use super::Settings;
-use super::case::{Case, Head, Measure, OnDevice, Unit, each};
+use super::case::{Case, Head, Measure, OnDevice, Unit, each, numbers};
 use super::coefficients;
 use super::device::Work;
 use super::draw::{Random, list};
@@ -26,11 +26,6 @@ pub(super) fn vector(c: &[f32]) -> ShVector {
         c20: four(20),
         c24: Vec4::new(at(24), 0.0, 0.0, 0.0),
     }
-}
-
-/// The first coefficients of a pass's result.
-pub(super) fn coefficients<const N: usize>(words: &[u32]) -> [f32; N] {
-    std::array::from_fn(|i| f32::from_bits(words[i]))
 }
 
 /// A vector of normal size.
@@ -80,7 +75,7 @@ pub(super) fn device<const B: usize, I: Copy, const N: usize>(
             }
             Work::Harmonics(B as u32, number, [a, b], arguments)
         }),
-        read: coefficients::<N>,
+        read: numbers::<N>,
         software: false,
     })
 }

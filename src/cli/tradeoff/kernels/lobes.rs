@@ -32,10 +32,6 @@ pub(super) fn cases(settings: &Settings) -> Vec<Box<dyn Measure>> {
     ]
 }
 
-fn head(kernel: &'static str, domain: &'static str, unit: Unit) -> Head {
-    Head::new(kernel, "strict", domain, unit)
-}
-
 fn pass(function: u32) -> impl Fn(&[Triple]) -> Work {
     move |all| Work::Gaussian(function, split(all))
 }
@@ -75,7 +71,7 @@ fn lobe_variance(settings: &Settings) -> Box<dyn Measure> {
 
 fn length(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("lobe length", "variances 1e-6 to 1e4", Unit::Relative),
+        Head::strict("lobe length", "variances 1e-6 to 1e4", Unit::Relative),
         list("lobe length", settings.numbers, |r| first(Vec4::new(1.0, r.positive(1e-6, 1e4), 0.0, 1.0))),
         |[a, ..]| [gaussian::variance_to_length(a.y)],
         |[a, ..], got| truth::relative(got[0], 1.0 / (1.0 + f64::from(a.y))),
@@ -92,7 +88,7 @@ fn spread(settings: &Settings) -> Box<dyn Measure> {
         first(Vec4::new((1.0 - v).sqrt(), 0.0, v, 1.0))
     });
     Case::new(
-        head("lobe variance of a spread", "deviations squared 1e-6 to 0.9", Unit::Relative),
+        Head::strict("lobe variance of a spread", "deviations squared 1e-6 to 0.9", Unit::Relative),
         inputs,
         |[a, ..]| [gaussian::spread_to_variance(a.z, a.x)],
         |[a, ..], got| {
@@ -151,7 +147,7 @@ fn gap(a: Vec4, b: Vec4) -> f64 {
 
 fn cosine_gap(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("1 - cos", "angles 1e-3 to π/2", Unit::Relative),
+        Head::strict("1 - cos", "angles 1e-3 to π/2", Unit::Relative),
         gloss(settings),
         |[a, b, _]| [gaussian::one_minus_cosine(a.truncate(), b.truncate())],
         |[a, b, _], got| truth::relative(got[0], gap(*a, *b)),
@@ -163,7 +159,8 @@ fn cosine_gap(settings: &Settings) -> Box<dyn Measure> {
 
 fn falloff(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("specular falloff", "1 to 256, deviation 0.15 to 1, to π/2", Unit::Relative).stated(1e-5),
+        Head::strict("specular falloff", "1 to 256, deviation 0.15 to 1, to π/2", Unit::Relative)
+            .stated(1e-5),
         gloss(settings),
         |[a, b, c]| {
             let gap = gaussian::one_minus_cosine(a.truncate(), b.truncate());
@@ -193,7 +190,7 @@ fn depths(r: &mut Random, opacity: f32) -> Triple {
 
 fn variance(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("variance of moments", "means -1 to 1, deviations 0.01 to 0.5", Unit::Absolute),
+        Head::strict("variance of moments", "means -1 to 1, deviations 0.01 to 0.5", Unit::Absolute),
         list("variance of moments", settings.numbers, |r| depths(r, 1.0)),
         |[a, _, c]| [gaussian::variance_from_moments(a.x, a.y, c.x)],
         |[a, _, c], got| {
@@ -207,7 +204,7 @@ fn variance(settings: &Settings) -> Box<dyn Measure> {
 
 fn moments(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("moments over opacity", "opacities 0.05 to 1, means -1 to 1", Unit::Absolute),
+        Head::strict("moments over opacity", "opacities 0.05 to 1, means -1 to 1", Unit::Absolute),
         list("moments over opacity", settings.numbers, |r| {
             let opacity = r.range(0.05, 1.0);
             depths(r, opacity)
@@ -225,7 +222,7 @@ fn moments(settings: &Settings) -> Box<dyn Measure> {
 
 fn least_deviation(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("least deviation", "ranges to 10, slopes to 1", Unit::Relative),
+        Head::strict("least deviation", "ranges to 10, slopes to 1", Unit::Relative),
         list("least deviation", settings.numbers, |r| depths(r, 1.0)),
         |[a, ..]| [gaussian::minimum_deviation(a.z, a.w)],
         |[a, ..], got| {
@@ -253,7 +250,7 @@ const LAYERS: &str = "layers of 0.2 to 1 from 0 to 1 on";
 
 fn layer_coordinate(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("layer coordinate", LAYERS, Unit::Absolute),
+        Head::strict("layer coordinate", LAYERS, Unit::Absolute),
         layers(settings),
         |[a, ..]| [gaussian::layer_coordinate(a.x, a.y, a.z)],
         |[a, ..], got| {
@@ -290,7 +287,7 @@ fn layer_weight<const FIRST: bool>(settings: &Settings) -> Box<dyn Measure> {
 
 fn smooth(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("smooth step", "-0.1 to 1.1", Unit::Absolute),
+        Head::strict("smooth step", "-0.1 to 1.1", Unit::Absolute),
         layers(settings),
         |[_, b, _]| [gaussian::smooth_step(b.x)],
         |[_, b, _], got| (f64::from(got[0]) - step(f64::from(b.x))).abs(),

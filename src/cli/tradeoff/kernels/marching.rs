@@ -25,10 +25,6 @@ pub(super) fn cases(settings: &Settings) -> Vec<Box<dyn Measure>> {
     ]
 }
 
-fn head(kernel: &'static str, domain: &'static str, unit: Unit) -> Head {
-    Head::new(kernel, "strict", domain, unit)
-}
-
 fn pass(function: u32) -> impl Fn(&[Pair]) -> Work {
     move |all| Work::Cone(function, split(all))
 }
@@ -47,7 +43,7 @@ const STEPS: &str = "half angles 0.01 to 1.48, distances 0.01 to 100";
 
 fn diameter(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("cone diameter", STEPS, Unit::Relative),
+        Head::strict("cone diameter", STEPS, Unit::Relative),
         steps(settings),
         |[a, _]| [cone::diameter(a.y, cone::aperture_tangent(a.x))],
         |[a, _], got| truth::relative(got[0], 2.0 * f64::from(a.y) * f64::from(a.x).tan()),
@@ -59,7 +55,7 @@ fn diameter(settings: &Settings) -> Box<dyn Measure> {
 
 fn step_length(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("step length", STEPS, Unit::Relative),
+        Head::strict("step length", STEPS, Unit::Relative),
         steps(settings),
         |[a, b]| [cone::step_length(cone::diameter(a.y, cone::aperture_tangent(a.x)), a.w, b.x)],
         |[a, b], got| {
@@ -84,7 +80,7 @@ fn ways(settings: &Settings) -> Vec<Pair> {
 
 fn step_count(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("bound of steps", "ranges 1 to 100, voxels 0.01 to 1", Unit::Wrong),
+        Head::strict("bound of steps", "ranges 1 to 100, voxels 0.01 to 1", Unit::Wrong),
         ways(settings),
         |[_, b]| [cone::step_count_bound(b.x, b.y, b.z) as f32],
         |[_, b], got| {
@@ -101,7 +97,7 @@ const WAYS: &str = "distances and λ 1e-9 to 1e9";
 
 fn falloff(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("falloff with distance", WAYS, Unit::Relative).stated(2e-7),
+        Head::strict("falloff with distance", WAYS, Unit::Relative).stated(2e-7),
         ways(settings),
         |[a, _]| [cone::distance_falloff(a.x, a.y)],
         |[a, _], got| truth::relative(got[0], 1.0 / (1.0 + f64::from(a.x) * f64::from(a.y))),
@@ -113,7 +109,7 @@ fn falloff(settings: &Settings) -> Box<dyn Measure> {
 
 fn faded(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("faded opacity", WAYS, Unit::Relative),
+        Head::strict("faded opacity", WAYS, Unit::Relative),
         ways(settings),
         |[a, _]| [cone::faded_opacity(a.z, a.x, a.y)],
         |[a, _], got| truth::relative(got[0], f64::from(a.z) / (1.0 + f64::from(a.x) * f64::from(a.y))),
@@ -134,7 +130,7 @@ fn sample(settings: &Settings) -> Box<dyn Measure> {
         [premultiplied(r, opacity), Vec4::splat(r.positive(1.0 / 16.0, 4.0))]
     });
     Case::new(
-        head("corrected sample", "opacity 1e-7 to 0.99, ratio 1/16 to 4", Unit::Relative),
+        Head::strict("corrected sample", "opacity 1e-7 to 0.99, ratio 1/16 to 4", Unit::Relative),
         inputs,
         |[s, ratio]| cone::corrected_sample(*s, ratio.x).to_array(),
         |[s, ratio], got: &[f32; 4]| {
@@ -155,7 +151,7 @@ fn accumulation(settings: &Settings) -> Box<dyn Measure> {
         [premultiplied(r, front), premultiplied(r, 1.0).truncate().extend(opacity)]
     });
     Case::new(
-        head("accumulation", "a premultiplied and a plain colour, 0 to 1", Unit::Absolute),
+        Head::strict("accumulation", "a premultiplied and a plain colour, 0 to 1", Unit::Absolute),
         inputs,
         |[a, b]| cone::accumulate(*a, b.truncate(), b.w).to_array(),
         |[a, b], got: &[f32; 4]| {
@@ -174,7 +170,7 @@ fn mean(settings: &Settings) -> Box<dyn Measure> {
         [one(r), one(r)]
     });
     Case::new(
-        head("mean of cones", "two of 0 to 1, weights 0.05 to 1", Unit::Absolute),
+        Head::strict("mean of cones", "two of 0 to 1, weights 0.05 to 1", Unit::Absolute),
         inputs,
         |[a, b]| ConeSum::EMPTY.with(*a, b.w).with(*b, a.w).mean(*a).to_array(),
         |[a, b], got: &[f32; 4]| {

@@ -35,10 +35,6 @@ pub(super) fn cases(settings: &Settings) -> Vec<Box<dyn Measure>> {
     all
 }
 
-fn head(kernel: &'static str, domain: &'static str, unit: Unit) -> Head {
-    Head::new(kernel, "strict", domain, unit)
-}
-
 fn pass(function: u32) -> impl Fn(&[Sample]) -> Work {
     move |all| {
         let vectors: Vec<_> = all.iter().map(|s| s.1).collect();
@@ -63,7 +59,7 @@ fn true_cosine(u: Vec2) -> DVec3 {
 
 fn cosine(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("cosine hemisphere", "unit square", Unit::Absolute),
+        Head::strict("cosine hemisphere", "unit square", Unit::Absolute),
         list("cosine", settings.numbers, square),
         |u| hemisphere::cosine_hemisphere(*u).to_array(),
         |u, got: &[f32; 3]| truth::distance(got, &true_cosine(*u).to_array()),
@@ -128,7 +124,7 @@ fn samples(settings: &Settings) -> Vec<Sample> {
 /// A cosine-distributed direction about any normal, which the pass makes a unit vector first.
 fn to_world(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("direction in space", "unit square, any normal", Unit::Absolute),
+        Head::strict("direction in space", "unit square, any normal", Unit::Absolute),
         samples(settings),
         |(_, [u, n])| {
             let local = hemisphere::cosine_hemisphere(Vec2::new(u.x, u.y));
@@ -152,7 +148,7 @@ fn folded(u: Vec4) -> DVec3 {
 
 fn barycentrics(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("folded weights", "unit square", Unit::Absolute),
+        Head::strict("folded weights", "unit square", Unit::Absolute),
         samples(settings),
         |(_, [u, _])| hemisphere::fold_barycentrics(Vec2::new(u.x, u.y)).to_array(),
         |(_, [u, _]), got: &[f32; 3]| truth::largest(got, &folded(*u).to_array()),
@@ -168,7 +164,7 @@ fn corners([x, y]: &[Vec4; 2]) -> [Vec3; 3] {
 
 fn point(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("point of a triangle", "corners within 1", Unit::Absolute),
+        Head::strict("point of a triangle", "corners within 1", Unit::Absolute),
         samples(settings),
         |(_, x)| {
             let ([a, b, c], u) = (corners(x), Vec2::new(x[0].x, x[0].y));
@@ -236,7 +232,7 @@ fn tangent(settings: &Settings) -> Box<dyn Measure> {
 
 fn share(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("number of a hash", "32-bit integers", Unit::Absolute).stated(0.0),
+        Head::strict("number of a hash", "32-bit integers", Unit::Absolute).stated(0.0),
         list("unit floats", settings.numbers, |r| (UVec4::new(r.bits(), 0, 0, 0), [Vec4::ZERO; 2])),
         |(w, _)| [unit_float(w.x)],
         |(w, _), got: &[f32; 1]| (f64::from(got[0]) - (f64::from(w.x) / 256.0).floor() / 16_777_216.0).abs(),
@@ -248,7 +244,7 @@ fn share(settings: &Settings) -> Box<dyn Measure> {
 /// Differences count around the circle.
 fn rotation(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("rotated point", "Halton points, any shift", Unit::Absolute),
+        Head::strict("rotated point", "Halton points, any shift", Unit::Absolute),
         list("rotation", settings.numbers, |r| (UVec4::new(r.bits() >> 8, r.bits(), 0, 0), [Vec4::ZERO; 2])),
         |(w, _)| [rotated(halton(w.x).x, unit_float(w.y))],
         |(w, _), got| {
@@ -277,7 +273,7 @@ fn below(hash: u32, p: f64) -> bool {
 
 fn acceptance(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("acceptance", "probabilities 0 to 1", Unit::Wrong),
+        Head::strict("acceptance", "probabilities 0 to 1", Unit::Wrong),
         chances(settings),
         |(w, [x, _])| u32::from(roulette::accept(w.y, x.y)),
         |(w, [x, _]), got| truth::wrong(&(*got == 1), &below(w.y, f64::from(x.y))),
@@ -288,7 +284,7 @@ fn acceptance(settings: &Settings) -> Box<dyn Measure> {
 
 fn count(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        head("sample count", "1e-3 to 1e3 expected", Unit::Wrong),
+        Head::strict("sample count", "1e-3 to 1e3 expected", Unit::Wrong),
         chances(settings),
         |(w, [x, _])| roulette::sample_count(x.x, w.x),
         |(w, [x, _]), got| {

@@ -64,13 +64,9 @@ fn cone_pass(function: u32, read: fn(&[u32]) -> One) -> Option<OnDevice<Vec4, On
     })
 }
 
-fn strict(kernel: &'static str, domain: &'static str, unit: Unit) -> Head {
-    Head::new(kernel, "strict", domain, unit)
-}
-
 fn normalisation(settings: &Settings) -> Box<dyn Measure> {
     Box::new(Case {
-        head: strict("normalize", "lengths 1e-3 to 1e3", Unit::Absolute),
+        head: Head::strict("normalize", "lengths 1e-3 to 1e3", Unit::Absolute),
         inputs: list("normalize", settings.vectors, |r| r.direction() * r.positive(1e-3, 1e3)),
         strict: each(|v: &Vec3| math::normalize_or(*v, Vec3::Y).to_array()),
         others: vec![(NATIVE, each(|v: &Vec3| v.normalize().to_array()))],
@@ -87,7 +83,7 @@ fn normalisation(settings: &Settings) -> Box<dyn Measure> {
 }
 
 fn lobe_offset(settings: &Settings, exponent: f32) -> Box<dyn Measure> {
-    let mut head = strict("lobe offset 1 - cos^n", "1 - cos 1e-9 to 0.99", Unit::Relative).stated(4e-7);
+    let mut head = Head::strict("lobe offset 1 - cos^n", "1 - cos 1e-9 to 0.99", Unit::Relative).stated(4e-7);
     head.variant = format!("exponent {exponent}");
     scalar(
         head,
@@ -113,7 +109,7 @@ fn specular(settings: &Settings) -> Box<dyn Measure> {
         (-0.5 * q * q).exp() / (s * std::f64::consts::TAU.sqrt())
     }
     Box::new(Case {
-        head: strict("specular weight", "1 to 256, deviation 0.15 to 1", Unit::Relative).stated(1e-5),
+        head: Head::strict("specular weight", "1 to 256, deviation 0.15 to 1", Unit::Relative).stated(1e-5),
         inputs: list("specular", settings.numbers, |r| {
             let a = r.direction();
             let b = a + r.direction() * r.positive(1e-4, 2.0);
@@ -146,7 +142,7 @@ fn specular(settings: &Settings) -> Box<dyn Measure> {
 
 fn lobe_width(settings: &Settings) -> Box<dyn Measure> {
     scalar(
-        strict("lobe variance", "lengths 0.05 to 1", Unit::Absolute),
+        Head::strict("lobe variance", "lengths 0.05 to 1", Unit::Absolute),
         list("variance", settings.numbers, |r| Vec4::new(r.range(0.05, 1.0), 0.0, 0.0, 0.0)),
         each(|x: &Vec4| [gaussian::length_to_variance(x.x)]),
         vec![(NATIVE, each(|x: &Vec4| [(1.0 - x.x) / x.x]))],
@@ -157,7 +153,7 @@ fn lobe_width(settings: &Settings) -> Box<dyn Measure> {
 
 fn convolution(settings: &Settings) -> Box<dyn Measure> {
     scalar(
-        strict("lobe convolution", "lengths 0.01 to 1", Unit::Relative),
+        Head::strict("lobe convolution", "lengths 0.01 to 1", Unit::Relative),
         list("convolution", settings.numbers, |r| {
             Vec4::new(r.range(0.01, 1.0), 0.0, 0.0, r.range(0.01, 1.0))
         }),
@@ -170,7 +166,7 @@ fn convolution(settings: &Settings) -> Box<dyn Measure> {
 
 fn cone_deviation(settings: &Settings) -> Box<dyn Measure> {
     scalar(
-        strict("cone deviation", "half angles 1e-3 to π/2", Unit::Relative),
+        Head::strict("cone deviation", "half angles 1e-3 to π/2", Unit::Relative),
         list("deviation", settings.numbers, |r| Vec4::new(r.range(1e-3, 1.57), 0.0, 0.0, 0.0)),
         each(|x: &Vec4| [gaussian::cone_deviation(x.x)]),
         vec![(NATIVE, each(|x: &Vec4| [(0.5 * x.x).tan()]))],
@@ -223,7 +219,7 @@ fn step_correction(settings: &Settings) -> Vec<Box<dyn Measure>> {
     let domain = "opacity 1e-7 to 0.99, ratio 1/16 to 4";
     vec![
         scalar(
-            strict("step correction", domain, Unit::Relative).stated(3e-7),
+            Head::strict("step correction", domain, Unit::Relative).stated(3e-7),
             inputs(),
             each(|x: &Vec4| [cone::corrected_opacity(x.x, x.y)]),
             vec![
@@ -234,7 +230,7 @@ fn step_correction(settings: &Settings) -> Vec<Box<dyn Measure>> {
             cone_pass(evaluate_cone::function::OPACITY, number::<0>),
         ),
         scalar(
-            strict("premultiplied scale", domain, Unit::Relative).stated(4e-7),
+            Head::strict("premultiplied scale", domain, Unit::Relative).stated(4e-7),
             inputs(),
             each(|x: &Vec4| [cone::premultiplied_scale(x.x, x.y)]),
             vec![(NATIVE, each(|x: &Vec4| [-(x.y * (-x.x).ln_1p()).exp_m1() / x.x]))],
@@ -246,7 +242,7 @@ fn step_correction(settings: &Settings) -> Vec<Box<dyn Measure>> {
 
 fn compositing(settings: &Settings) -> Box<dyn Measure> {
     Box::new(Case {
-        head: strict("compositing", "premultiplied, 0 to 1", Unit::Absolute).stated(2.4e-7),
+        head: Head::strict("compositing", "premultiplied, 0 to 1", Unit::Absolute).stated(2.4e-7),
         inputs: list("compositing", settings.vectors, |r| {
             let mut sample =
                 || r.unit() as f32 * Vec4::new(r.range(0.0, 1.0), r.range(0.0, 1.0), r.range(0.0, 1.0), 1.0);
@@ -272,7 +268,7 @@ fn compositing(settings: &Settings) -> Box<dyn Measure> {
 /// No pass gives the level of a diameter alone.
 fn mip_level(settings: &Settings) -> Box<dyn Measure> {
     scalar(
-        strict("mip level", "diameters 1 to 1024", Unit::Absolute),
+        Head::strict("mip level", "diameters 1 to 1024", Unit::Absolute),
         list("levels", settings.numbers, |r| Vec4::new(r.positive(1.0, 1024.0), 12.0, 0.0, 0.0)),
         each(|x: &Vec4| [cone::mip_level(x.x, x.y)]),
         vec![(NATIVE, each(|x: &Vec4| [x.x.log2().clamp(0.0, x.y)]))],
@@ -283,7 +279,7 @@ fn mip_level(settings: &Settings) -> Box<dyn Measure> {
 
 fn aperture(settings: &Settings) -> Box<dyn Measure> {
     scalar(
-        strict("aperture tangent", "half angles 0.01 to 1.48", Unit::Relative),
+        Head::strict("aperture tangent", "half angles 0.01 to 1.48", Unit::Relative),
         list("apertures", settings.numbers, |r| Vec4::new(r.range(0.01, 1.48), 1.0, 5.0, 1.0)),
         each(|x: &Vec4| [cone::aperture_tangent(x.x)]),
         vec![(NATIVE, each(|x: &Vec4| [x.x.tan()]))],

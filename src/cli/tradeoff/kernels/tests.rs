@@ -29,7 +29,7 @@ fn small() -> Settings {
 }
 
 fn exp(kernel: fn(f32) -> f32) -> Function {
-    let head = Head::new("exp", "strict", "-10 to 10", Unit::Ulp).stated(0.96);
+    let head = Head::strict("exp", "-10 to 10", Unit::Ulp).stated(0.96);
     Function::one(head, function::EXP, |r| (r.range(-10.0, 10.0), 0.0), |x, _| x.exp(), kernel)
 }
 

@@ -28,10 +28,6 @@ pub(super) fn cases(settings: &Settings) -> Vec<Box<dyn Measure>> {
     ]
 }
 
-fn strict_head(kernel: &'static str, domain: &'static str, unit: Unit) -> Head {
-    Head::new(kernel, "strict", domain, unit)
-}
-
 fn pass(function: u32) -> impl Fn(&[Pair]) -> Work {
     move |all| Work::Vector(function, split(all))
 }
@@ -50,7 +46,7 @@ fn dot(settings: &Settings) -> Box<dyn Measure> {
         (f64::from(got[0]) - a.dot(b)).abs() / (a.length() * b.length())
     };
     Case::new(
-        strict_head("dot product", COMPONENTS, Unit::OfNorm),
+        Head::strict("dot product", COMPONENTS, Unit::OfNorm),
         pairs(settings),
         |[a, b]| [math::dot(a.truncate(), b.truncate())],
         error,
@@ -66,7 +62,7 @@ fn dot4(settings: &Settings) -> Box<dyn Measure> {
         (f64::from(got[0]) - a.dot(b)).abs() / (a.length() * b.length())
     };
     Case::new(
-        strict_head("dot product of four", COMPONENTS, Unit::OfNorm),
+        Head::strict("dot product of four", COMPONENTS, Unit::OfNorm),
         pairs(settings),
         |[a, b]| [math::dot4(*a, *b)],
         error,
@@ -82,7 +78,7 @@ fn cross(settings: &Settings) -> Box<dyn Measure> {
         truth::distance(got, &a.cross(b).to_array()) / (a.length() * b.length())
     };
     Case::new(
-        strict_head("cross product", COMPONENTS, Unit::OfNorm),
+        Head::strict("cross product", COMPONENTS, Unit::OfNorm),
         pairs(settings),
         |[a, b]| math::cross(a.truncate(), b.truncate()).to_array(),
         error,
@@ -97,7 +93,7 @@ fn length(settings: &Settings) -> Box<dyn Measure> {
         [(r.direction() * r.positive(1e-3, 1e3)).extend(0.0), Vec4::ZERO]
     });
     Case::new(
-        strict_head("length", "1e-3 to 1e3", Unit::Relative),
+        Head::strict("length", "1e-3 to 1e3", Unit::Relative),
         inputs,
         |[v, _]| [math::length(v.truncate())],
         |[v, _], got: &[f32; 1]| truth::relative(got[0], v.truncate().as_dvec3().length()),
@@ -139,7 +135,7 @@ fn transform(settings: &Settings) -> Box<dyn Measure> {
         truth::distance(got, &m.transform_point3(p).to_array()) / scale
     };
     Case::new(
-        strict_head("transformed point", COMPONENTS, Unit::OfNorm),
+        Head::strict("transformed point", COMPONENTS, Unit::OfNorm),
         pairs(settings),
         |x| math::transform_point(&matrix(x), x[1].truncate()).to_array(),
         error,
@@ -162,7 +158,7 @@ fn exact(got: &[f32; 2], truth: f64) -> f64 {
 
 fn two_sum(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        strict_head("exact sum", "1e-3 to 1e3", Unit::Relative).stated(0.0),
+        Head::strict("exact sum", "1e-3 to 1e3", Unit::Relative).stated(0.0),
         numbers_of_two(settings),
         |(a, b)| strict::two_sum(*a, *b).into(),
         |(a, b), got| exact(got, f64::from(*a) + f64::from(*b)),
@@ -172,7 +168,7 @@ fn two_sum(settings: &Settings) -> Box<dyn Measure> {
 
 fn two_product(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        strict_head("exact product", "1e-3 to 1e3", Unit::Relative).stated(0.0),
+        Head::strict("exact product", "1e-3 to 1e3", Unit::Relative).stated(0.0),
         numbers_of_two(settings),
         |(a, b)| strict::two_product(*a, *b).into(),
         |(a, b), got| exact(got, f64::from(*a) * f64::from(*b)),
@@ -184,7 +180,7 @@ fn two_product(settings: &Settings) -> Box<dyn Measure> {
 /// Results are below 2²⁴ or multiples of a power of two: f32 holds them.
 fn to_u32(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        strict_head("to_u32", "1e-3 to 1e10, either sign", Unit::Wrong).stated(0.0),
+        Head::strict("to_u32", "1e-3 to 1e10, either sign", Unit::Wrong).stated(0.0),
         list("to_u32", settings.numbers, |r| [Vec4::new(0.0, r.signed(1e-3, 1e10), 0.0, 0.0), Vec4::ZERO]),
         |[x, _]| [math::to_u32(x.y) as f32],
         |[x, _], got| truth::wrong(&f64::from(got[0]), &f64::from(x.y).trunc().clamp(0.0, 4_294_967_040.0)),
@@ -196,7 +192,7 @@ fn to_u32(settings: &Settings) -> Box<dyn Measure> {
 
 fn to_i32(settings: &Settings) -> Box<dyn Measure> {
     Case::new(
-        strict_head("to_i32", "1e-3 to 1e10, either sign", Unit::Wrong).stated(0.0),
+        Head::strict("to_i32", "1e-3 to 1e10, either sign", Unit::Wrong).stated(0.0),
         list("to_i32", settings.numbers, |r| r.signed(1e-3, 1e10)),
         |x| math::to_i32(*x) as u32,
         |x, got| {

@@ -140,7 +140,7 @@ fn tied(o: DVec3, d: DVec3, crossed: &[f64]) -> bool {
 
 /// Of all rays, and of those whose crossings are apart: their lists are exact.
 fn walk(settings: &Settings, apart: bool) -> Box<dyn Measure> {
-    let head = Head::new("voxel walk", "strict", if apart { APART } else { WAYS }, Unit::Wrong);
+    let head = Head::strict("voxel walk", if apart { APART } else { WAYS }, Unit::Wrong);
     Case::new(
         if apart { head.stated(0.0) } else { head },
         ways(settings),
@@ -264,7 +264,7 @@ fn voxel(settings: &Settings) -> Box<dyn Measure> {
         (DIMS.extend(0), [point.extend(0.0), lower.extend(inverse)])
     });
     Case::new(
-        Head::new("voxel of a point", "strict", "512³ voxels, and a twentieth beyond", Unit::Wrong),
+        Head::strict("voxel of a point", "512³ voxels, and a twentieth beyond", Unit::Wrong),
         inputs,
         |(dims, [p, grid])| {
             voxel_of(p.truncate(), grid.truncate(), Vec3::splat(grid.w), dims.truncate()).to_array()
@@ -284,7 +284,7 @@ fn cell(settings: &Settings) -> Box<dyn Measure> {
         (UVec4::ZERO, [r.point(10.0).extend(0.0), Vec4::splat(r.positive(1.0, 100.0))])
     });
     Case::new(
-        Head::new("hash of a place", "strict", "within 10, 1 to 100 cells of a length", Unit::Wrong),
+        Head::strict("hash of a place", "within 10, 1 to 100 cells of a length", Unit::Wrong),
         inputs,
         |(_, [p, cells])| position_hash(p.truncate(), cells.x),
         |(_, [p, cells]), got| {
