@@ -54,10 +54,12 @@ pub(super) fn attribute(
     let scene = &record.scenes[index];
     let defaults = scene.points.iter().filter(|p| p.knob.is_empty());
     let bases: Vec<_> = defaults.filter_map(|p| Some((p.technique.clone(), scene.error(p)?))).collect();
+    let gloss = subject.scene.census().has_gloss;
     // Rays know lights without extent, and diffuse surfaces.
-    let rays = scene.axis == "indirect" && !subject.scene.census().has_gloss && !subject.splits();
+    let rays = scene.axis == "indirect" && !gloss && !subject.splits();
     for (technique, base) in bases {
-        let ways = STAGES.iter().filter(|s| s.technique == technique).map(Way::Settings);
+        let settings = STAGES.iter().filter(|s| s.technique == technique && !(gloss && s.diffuse));
+        let ways = settings.map(Way::Settings);
         let ways = ways.chain(BY_RAYS.into_iter().filter(|_| rays).map(Way::Rays));
         let mut stages = None;
         for way in ways {

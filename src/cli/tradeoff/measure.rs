@@ -22,15 +22,14 @@ use std::time::Instant;
 struct Repeats {
     /// Frames after the one that warms up; where none, that one counts.
     most: u32,
-    /// How many are enough once these seconds are over.
-    enough: usize,
+    /// No more once these seconds are over.
     until: f64,
 }
 
-/// Seconds beyond which a trial is repeated three times only.
-const LONG: f64 = 20.0;
+/// Seconds after which a trial is not repeated again.
+const LONG: f64 = 40.0;
 /// Short frames, of which other work on the machine slows down some, are measured several times; long ones are middles in themselves.
-const BRIEFLY: Repeats = Repeats { most: 9, enough: 1, until: 0.6 };
+const BRIEFLY: Repeats = Repeats { most: 9, until: 0.6 };
 
 /// What a trial gave.
 pub(crate) struct Measured {
@@ -106,7 +105,7 @@ impl Subject {
         let a = self.arguments(trial)?;
         let request = request_of(&a, &self.view)?;
         let parts = if self.splits() { Parts::Rendered } else { Parts::Subtracted };
-        let repeats = Repeats { most: repeats, enough: 3, until: LONG };
+        let repeats = Repeats { most: repeats, until: LONG };
         if a.scene.look.fit_spheres.is_some() || trial.words.iter().any(|w| w == "--fit-spheres") {
             // Another scene: with other proxies.
             let (scene, view) = a.scene.open()?;
@@ -181,7 +180,7 @@ impl Subject {
             let begun = Instant::now();
             result = self.trace(samples, 1000 + seed, true, stop, |_| ())?;
             times.push(begun.elapsed().as_secs_f64());
-            if stop.load(Ordering::Relaxed) || times.iter().sum::<f64>() > LONG && times.len() >= 3 {
+            if stop.load(Ordering::Relaxed) || times.iter().sum::<f64>() > LONG {
                 break;
             }
         }
@@ -276,7 +275,7 @@ fn measure<B: Backend>(
         let (seconds, wall, _) = passes(renderer, &plan)?;
         times.push(seconds);
         walls.push(wall);
-        if walls.iter().sum::<f64>() > repeats.until && walls.len() >= repeats.enough {
+        if walls.iter().sum::<f64>() > repeats.until {
             break;
         }
     }

@@ -261,7 +261,7 @@ impl Session<'_> {
             self.bar.set_message(format!("{name}: {} {}", trial.technique, trial.settings()));
             let Some(measured) = self.measure(subject, trial)? else { continue };
             let scene = &mut record.scenes[index];
-            let id = scene.points.len();
+            let id = scene.points.iter().map(|p| p.id + 1).max().unwrap_or(0);
             scene.points.push(self.point(subject, trial, id, &measured, (right, &coarse), record.runs));
             scene.mark_front();
             self.keep_pictures(&scene.name, id, &measured, right)?;

@@ -56,7 +56,7 @@ const VISIBILITY_FILTER: Sweep = Sweep {
         ARITHMETIC,
         UPSAMPLING,
         knob("proxies", &["5000", "15000", "30000", "120000", "240000", "480000"]),
-        knob("overlap", &["1", "2", "8"]),
+        knob("overlap", &["1 --meet proxies", "2 --meet proxies", "8 --meet proxies"]),
         knob("grid", &["6", "12", "16", "32", "64"]),
         knob("rays", &["4", "16", "32", "128", "256"]),
         knob("marching", &["{1/16}", "{1/8}", "{1/2}"]),
@@ -187,6 +187,8 @@ pub(super) struct Stage {
     /// What stands in its place.
     pub exact: &'static str,
     pub settings: &'static str,
+    /// Minutes a frame where surfaces are glossy: left out there.
+    pub diffuse: bool,
 }
 
 const fn stage(
@@ -195,15 +197,42 @@ const fn stage(
     exact: &'static str,
     settings: &'static str,
 ) -> Stage {
-    Stage { technique, name, exact, settings }
+    Stage { technique, name, exact, settings, diffuse: false }
+}
+
+const fn diffuse_stage(
+    technique: &'static str,
+    name: &'static str,
+    exact: &'static str,
+    settings: &'static str,
+) -> Stage {
+    Stage { diffuse: true, ..stage(technique, name, exact, settings) }
 }
 
 /// The stages that settings make exact, or as exact as they can be.
-pub(super) const STAGES: [Stage; 22] = [
+pub(super) const STAGES: [Stage; 25] = [
     stage("visibility-filter", "upsampling", "light gathered at every pixel", "--illumination {1}"),
     stage("visibility-filter", "coarse pixels", "rays from every pixel", "--marching {1}"),
     stage("visibility-filter", "number of rays", "1024 rays", "--rays 1024"),
     stage("visibility-filter", "sharing between pixels", "each alone, 1024 rays", "--filter 1 --rays 1024"),
+    stage(
+        "visibility-filter",
+        "visibility",
+        "rays alone, 256 from every pixel",
+        "--rays 256 --filter 1 --trust 0 --marching {1} --illumination {1}",
+    ),
+    diffuse_stage(
+        "visibility-filter",
+        "size of voxels",
+        "64 along a side, a million proxies",
+        "--grid 64 --proxies 1000000",
+    ),
+    diffuse_stage(
+        "visibility-filter",
+        "visibility and size of voxels",
+        "both",
+        "--rays 256 --filter 1 --trust 0 --marching {1} --illumination {1} --grid 64 --proxies 1000000",
+    ),
     stage("visibility-filter", "far voxels", "proxy by proxy", "--near-range 1e9"),
     stage("visibility-filter", "number of proxies", "four times as many", "--proxies 240000"),
     stage("voxel-cones", "upsampling", "light gathered at every pixel", "--illumination {1}"),
@@ -284,10 +313,11 @@ impl Sweep {
         all
     }
 
-    /// One knob after the other.
+    /// One knob after the other, those first that only such a scene or machine has.
     pub(super) fn single(&self, size: (u32, u32), has: impl Fn(Needs) -> bool) -> Vec<Trial> {
-        let knobs = self.knobs.iter().filter(|k| has(k.needs));
-        let values = knobs.flat_map(|k| k.values.iter().map(move |value| (k.name, *value)));
+        let mut knobs: Vec<_> = self.knobs.iter().filter(|k| has(k.needs)).collect();
+        knobs.sort_by_key(|k| k.needs == Needs::Nothing);
+        let values = knobs.into_iter().flat_map(|k| k.values.iter().map(move |value| (k.name, *value)));
         values.map(|(name, v)| trial(self.technique, name, v, &format!("--{name} {v}"), size)).collect()
     }
 }
