@@ -35,6 +35,19 @@ pub struct Errors {
     pub resolution: f64,
 }
 
+impl Errors {
+    /// The relative RMSE, as far as it can be told: at most this.
+    pub fn told(&self) -> f64 {
+        // Not the greater of both: NaN stays.
+        if self.relative_rmse < self.resolution { self.resolution } else { self.relative_rmse }
+    }
+
+    /// `<` where the relative RMSE cannot be told from none, else nothing.
+    pub fn below(&self) -> &'static str {
+        if self.relative_rmse < self.resolution { "<" } else { "" }
+    }
+}
+
 fn grey(c: DVec3) -> f64 {
     (c.x + c.y + c.z) / 3.0
 }
@@ -167,6 +180,17 @@ mod tests {
         // A picture that is the reference's own half is not independent, and seems better than it is.
         assert!(halves.errors(&noisy(1, 2.0)).unwrap().relative_rmse < 0.08);
         assert!(halves.errors(&noisy(3, 2.0)).unwrap().relative_rmse > 0.3);
+    }
+
+    #[test]
+    fn what_cannot_be_told_is_below_and_nan_stays() {
+        let e = |relative_rmse: f64| {
+            let e = Errors { relative_rmse, mean_ratio: 1.0, p50: 0.0, p99: 0.0, max: 0.0, resolution: 0.1 };
+            (e.told(), e.below())
+        };
+        assert_eq!([e(0.0), e(0.02), e(0.1), e(0.3)], [(0.1, "<"), (0.1, "<"), (0.1, ""), (0.3, "")]);
+        let (told, below) = e(f64::NAN);
+        assert!(told.is_nan() && below.is_empty());
     }
 
     #[test]

@@ -230,7 +230,10 @@ struct Row {
 fn rows(scene: &Value, wanted: impl Fn(&Value) -> bool) -> Vec<Row> {
     let axis = scene["axis"].as_str().unwrap_or("indirect");
     let mut points: Vec<&Value> = scene["points"].as_array().into_iter().flatten().collect();
-    let error = |p: &Value| p[axis]["relative_rmse"].as_f64().unwrap_or(f64::NAN);
+    // What the reference's noise hides is at most the resolution.
+    let raw = |p: &Value| p[axis]["relative_rmse"].as_f64().unwrap_or(f64::NAN);
+    let least = |p: &Value| p[axis]["resolution"].as_f64().unwrap_or(0.0);
+    let error = |p: &Value| if raw(p) < least(p) { least(p) } else { raw(p) };
     let is_path = |p: &&Value| p["technique"] == "reference";
     let paths: Vec<_> = points.iter().copied().filter(is_path).map(|p| (error(p), seconds(p))).collect();
     points.retain(|p| wanted(p));
@@ -239,7 +242,8 @@ fn rows(scene: &Value, wanted: impl Fn(&Value) -> bool) -> Vec<Row> {
         technique: p["technique"].as_str().unwrap_or_default().to_owned(),
         settings: p["settings"].as_str().unwrap_or_default().to_owned(),
         figures: format!(
-            "{:.1} % | {:.3} | {:.0} | {}",
+            "{}{:.1} % | {:.3} | {:.0} | {}",
+            if raw(p) < error(p) { "< " } else { "" },
             100.0 * error(p),
             p[axis]["mean_ratio"].as_f64().unwrap_or(f64::NAN),
             1e3 * seconds(p),

@@ -107,8 +107,7 @@ fn row(
     before: f64,
     e: Errors,
 ) -> Attribution {
-    // What cannot be told from nothing is at most that.
-    let after = e.relative_rmse.max(e.resolution);
+    let after = e.told();
     Attribution {
         technique: technique.into(),
         stage: stage.into(),

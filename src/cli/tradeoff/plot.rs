@@ -40,8 +40,8 @@ impl Up {
 
     fn of(self, p: &Point) -> Option<f64> {
         match self {
-            Self::Indirect => p.indirect.map(|e| 100.0 * e.relative_rmse),
-            Self::All => p.all.map(|e| 100.0 * e.relative_rmse),
+            Self::Indirect => p.indirect.map(|e| 100.0 * e.told()),
+            Self::All => p.all.map(|e| 100.0 * e.told()),
             Self::Flip => p.flip,
             Self::FlipIndirect => p.flip_indirect,
         }

@@ -122,10 +122,10 @@ pub(crate) struct Record {
 }
 
 impl SceneRecord {
-    /// The error that the front is about.
+    /// The error that the front is about, as far as it can be told.
     pub(crate) fn error(&self, p: &Point) -> Option<f64> {
         let errors = if self.axis == "all" { p.all } else { p.indirect };
-        errors.map(|e| e.relative_rmse)
+        errors.map(|e| e.told())
     }
 
     /// Whether this trial is measured already.
@@ -191,10 +191,10 @@ impl Record {
                 let errors = if scene.axis == "all" { p.all } else { p.indirect };
                 let Some(e) = errors else { continue };
                 text += &format!(
-                    "{:<18} {:>10.1} {:>6.1} % {:>7.3}  {}\n",
+                    "{:<18} {:>10.1} {:>6} % {:>7.3}  {}\n",
                     p.technique,
                     1e3 * p.seconds.median,
-                    100.0 * e.relative_rmse,
+                    format!("{}{:.1}", e.below(), 100.0 * e.told()),
                     e.mean_ratio,
                     p.settings
                 );

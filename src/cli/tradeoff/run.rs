@@ -222,6 +222,8 @@ impl Session<'_> {
         self.bar.set_position(0);
         self.bar.set_message(format!("{name}: reference"));
         let right = self.reference(subject, record, index)?;
+        // Another version may have marked other points.
+        record.scenes[index].mark_front();
         record.save(&self.folder.record())?;
         self.all(&first, subject, record, index, &right)?;
         if !self.a.no_attribution {

@@ -162,8 +162,8 @@
     const { point } = spot;
     const lines = [`${named(point.technique)}${onFront(point) ? " · on the front" : ""}`, settingsOf(point),
       `time ${seconds(point.seconds?.median)} (${spread(point.seconds)})`];
-    if (point.indirect) lines.push(`indirect: RMSE ${percent(point.indirect.relative_rmse)}, mean ratio ${ratio(point.indirect.mean_ratio)}`);
-    if (point.all) lines.push(`whole: RMSE ${percent(point.all.relative_rmse)}, mean ratio ${ratio(point.all.mean_ratio)}, FLIP ${ratio(point.all.flip)}`);
+    if (point.indirect) lines.push(`indirect: RMSE ${rmse(point.indirect)}, mean ratio ${ratio(point.indirect.mean_ratio)}`);
+    if (point.all) lines.push(`whole: RMSE ${rmse(point.all)}, mean ratio ${ratio(point.all.mean_ratio)}, FLIP ${ratio(point.all.flip)}`);
     tip.replaceChildren(...[...lines, mib(point.bytes)].map((line) => el("div", null, line)));
     const [width, high] = [$("frame").clientWidth, $("frame").clientHeight];
     const beside = spot.x + 16 + tip.offsetWidth <= width ? spot.x + 16 : spot.x - 16 - tip.offsetWidth;
@@ -222,7 +222,8 @@
     for (const node of $("panel").querySelectorAll("[data-fill]")) {
       const [part, figure] = node.dataset.fill.split(" ");
       const format = { mean_ratio: ratio, flip: ratio }[figure] ?? percent;
-      node.textContent = figure ? format(point[part]?.[figure]) : fill[part];
+      const value = () => (figure === "relative_rmse" ? rmse(point[part]) : format(point[part]?.[figure]));
+      node.textContent = figure ? value() : fill[part];
     }
     $("picked-mark").replaceChildren(mark(point.technique));
     copyable($("picked-command"), point.command);
@@ -270,10 +271,11 @@
       const sign = typeof left === "string" ? left.localeCompare(right, "en", { numeric: true }) : left - right;
       return state.down ? -sign : sign;
     };
-    const cell = (point) => ([key, , value, format]) => {
+    const cell = (point) => ([key, label, value, format]) => {
       if (key === "technique") return el("td", null, el("button", { type: "button", class: "pick" }, mark(point.technique), ` ${value(point)}`));
       if (key === "settings") return el("td", { class: "text" }, el("code", null, value(point)));
-      return el("td", { class: key === "front" ? null : "number" }, format(value(point)));
+      const text = key in point && label.endsWith("RMSE") ? rmse(point[key]) : format(value(point));
+      return el("td", { class: key === "front" ? null : "number" }, text);
     };
     const rows = here().points.filter((point) => point.pareto || !$("only-front").checked).sort(order);
     $("points").replaceChildren(...rows.map((point) => el("tr", { "data-id": point.id, click: () => {
@@ -291,7 +293,7 @@
       const wide = `width:${Math.min(100, Math.abs(stage.share ?? 0) * 100)}%`;
       return el("tr", null, el("td", null, mark(stage.technique), ` ${named(stage.technique)}`), el("td", null, stage.stage),
         el("td", { class: "text" }, stage.exact, " ", el("code", { class: "side" }, stage.settings)),
-        el("td", { class: "number" }, `${percent(base?.relative_rmse)} → ${percent(stage.relative_rmse)}`),
+        el("td", { class: "number" }, `${rmse(base)} → ${rmse(stage)}`),
         el("td", { class: "number" }, `${ratio(base?.mean_ratio)} → ${ratio(stage.mean_ratio)}`),
         el("td", null, el("div", { class: "share" }, el("span", { class: "number" }, share(stage.share)),
           el("i", null, el("b", { class: stage.share < 0 ? "worse" : null, style: wide })))));
